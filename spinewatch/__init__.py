@@ -1,0 +1,1 @@
+"""The measuring library: arrays in, results out."""

@@ -1,0 +1,47 @@
+"""Named errors of the measuring library; each message says what is wrong and what to do."""
+
+from __future__ import annotations
+
+
+class SpinewatchError(Exception):
+    """Base of every error that a caller may show to a person as it stands.
+
+    ``code`` is a stable, machine-readable name of the kind of error.
+    """
+
+    code = "spinewatch-error"
+
+
+class RigError(SpinewatchError):
+    """A rig description is incomplete, not finite or impossible; ``field`` names the offending entry."""
+
+    code = "invalid-rig"
+
+    def __init__(self, field: str, problem: str) -> None:
+        super().__init__(f"rig field {field!r} {problem}")
+        self.field = field
+        self.problem = problem
+
+
+class ImageError(SpinewatchError):
+    """An image cannot be read or used: not an image, damaged, too large, or of an unsupported kind."""
+
+    code = "invalid-image"
+
+
+class ImageSizeError(ImageError):
+    """An image's size is not the one that its camera was calibrated with."""
+
+    code = "image-size-mismatch"
+
+
+class SameImageError(ImageError):
+    """Left and right are the same picture, so that there is no parallax to measure."""
+
+    code = "same-image-twice"
+
+
+class ParameterError(SpinewatchError):
+    """A parameter is outside the range in which its step is defined."""
+
+    code = "invalid-parameter"

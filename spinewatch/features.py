@@ -1,0 +1,40 @@
+"""Image features: what detection hands to correspondence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Features:
+    """Possible ball centres of one image, best score first.
+
+    ``xy_px`` (n, 2) u, v; ``score`` (n,) similarity in [0, 1]; ``covariance_px2`` (n, 2, 2) of the centre.
+    """
+
+    xy_px: Float
+    score: Float
+    covariance_px2: Float
+
+    def __len__(self) -> int:
+        return len(self.xy_px)
+
+    @classmethod
+    def empty(cls) -> Features:
+        """Return a list without features."""
+        return cls(np.empty((0, 2)), np.empty(0), np.empty((0, 2, 2)))
+
+    @classmethod
+    def with_sigma(cls, xy_px: Float, score: Float, sigma_px: float) -> Features:
+        """Return features that share one standard deviation, px per axis."""
+        n = len(xy_px)
+        return cls(
+            np.asarray(xy_px, dtype=np.float64).reshape(n, 2),
+            np.asarray(score, dtype=np.float64).reshape(n),
+            np.broadcast_to(np.eye(2) * sigma_px**2, (n, 2, 2)).copy(),
+        )

@@ -1,0 +1,1 @@
+"""Interchange formats: read with named errors, write exactly."""

@@ -1,0 +1,117 @@
+"""The rig JSON: the one interchange format of calibrated cameras (docs/method.md)."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from spinewatch.camera import Camera, Rig
+from spinewatch.errors import RigError
+
+_LENGTHS = {
+    "position_mm": 3,
+    "rotation_deg": 3,
+    "principal_point_mm": 2,
+    "radial": 2,
+    "decentering": 2,
+    "image_size_px": 2,
+    "pixel_size_mm": 2,
+}
+_SIDES = ("left", "right")
+
+
+def parse_rig(text: str | bytes) -> Rig:
+    """Return the rig written as JSON text; raise ``RigError`` naming the first field that cannot be used."""
+    try:
+        document = json.loads(text)
+    except (ValueError, UnicodeDecodeError, RecursionError) as error:
+        raise RigError("(document)", "is not JSON; export the rig again") from error
+    return rig_from_dict(document)
+
+
+def rig_from_dict(document: object) -> Rig:
+    """Return the rig of a decoded JSON object; raise ``RigError`` naming the first field that cannot be used."""
+    if not isinstance(document, Mapping):
+        raise RigError("(document)", "must be an object with name, left and right")
+    unknown = set(document) - {"name", *_SIDES}
+    if unknown:
+        raise RigError(sorted(map(str, unknown))[0], "is not a field of a rig; remove it")
+    name = document.get("name")
+    if not isinstance(name, str) or not name.strip():
+        raise RigError("name", "must be a non-empty text")
+    left, right = (_camera(document, side) for side in _SIDES)
+    if left.position_mm == right.position_mm:
+        raise RigError("right.position_mm", "equals left.position_mm; two cameras need a baseline")
+    return Rig(name=name, left=left, right=right)
+
+
+def rig_to_dict(rig: Rig) -> dict[str, Any]:
+    """Return the JSON object of a rig; ``rig_from_dict`` gives back the same numbers."""
+    return {"name": rig.name, **{side: _camera_to_dict(getattr(rig, side)) for side in _SIDES}}
+
+
+def _camera_to_dict(camera: Camera) -> dict[str, Any]:
+    return {
+        "position_mm": list(camera.position_mm),
+        "rotation_deg": list(camera.rotation_deg),
+        "focal_length_mm": camera.focal_length_mm,
+        "principal_point_mm": list(camera.principal_point_mm),
+        "radial": list(camera.radial),
+        "decentering": list(camera.decentering),
+        "image_size_px": list(camera.image_size_px),
+        "pixel_size_mm": list(camera.pixel_size_mm),
+    }
+
+
+def _camera(document: Mapping[str, Any], side: str) -> Camera:
+    entry = document.get(side)
+    if not isinstance(entry, Mapping):
+        raise RigError(side, "is missing; a rig has a left and a right camera")
+    unknown = set(entry) - {*_LENGTHS, "focal_length_mm"}
+    if unknown:
+        raise RigError(f"{side}.{sorted(map(str, unknown))[0]}", "is not a field of a camera; remove it")
+    values = {key: _numbers(entry, side, key, n) for key, n in _LENGTHS.items()}
+    (focal,) = _numbers({"focal_length_mm": [entry.get("focal_length_mm")]}, side, "focal_length_mm", 1)
+    width, height = values["image_size_px"]
+    if width != int(width) or height != int(height) or min(width, height) < 1:
+        raise RigError(f"{side}.image_size_px", "must be two positive whole numbers")
+    if focal <= 0:
+        raise RigError(f"{side}.focal_length_mm", "must be positive")
+    if min(values["pixel_size_mm"]) <= 0:
+        raise RigError(f"{side}.pixel_size_mm", "must be positive")
+    return Camera(
+        position_mm=_triple(values["position_mm"]),
+        rotation_deg=_triple(values["rotation_deg"]),
+        focal_length_mm=focal,
+        principal_point_mm=_pair(values["principal_point_mm"]),
+        radial=_pair(values["radial"]),
+        decentering=_pair(values["decentering"]),
+        image_size_px=(int(width), int(height)),
+        pixel_size_mm=_pair(values["pixel_size_mm"]),
+    )
+
+
+def _numbers(entry: Mapping[str, Any], side: str, key: str, count: int) -> list[float]:
+    field, value = f"{side}.{key}", entry.get(key)
+    if value is None or value == [None]:
+        raise RigError(field, "is missing")
+    if not isinstance(value, list | tuple) or len(value) != count:
+        raise RigError(field, f"must be a list of {count} numbers")
+    for item in value:
+        if isinstance(item, bool) or not isinstance(item, int | float):
+            raise RigError(field, "must hold numbers only")
+        if not math.isfinite(item):
+            raise RigError(field, "must be finite")
+    return [float(item) for item in value]
+
+
+def _pair(values: list[float]) -> tuple[float, float]:
+    a, b = values
+    return a, b
+
+
+def _triple(values: list[float]) -> tuple[float, float, float]:
+    a, b, c = values
+    return a, b, c

@@ -1,0 +1,88 @@
+"""The JSON document of one measured stage (docs/api.md): the CLI prints it, the workers store it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+if TYPE_CHECKING:
+    from spinewatch.features import Features
+    from spinewatch.flags import Flag
+    from spinewatch.pipeline import StageMeasurement
+    from spinewatch.triads.labels import LabelledTriad
+    from spinewatch.triads.pose import Ball
+
+
+def stage_document(measurement: StageMeasurement) -> dict[str, Any]:
+    """Return a measured stage as JSON-ready lists and numbers, at full precision, in mm, degrees and pixels.
+
+    Raises ``ValueError`` when a number is not finite, as JSON has no such number.
+    """
+    views = {"left": measurement.left, "right": measurement.right}
+    return {
+        "features": {side: features_document(view.features) for side, view in views.items()},
+        "fields": {
+            side: [view.field.u0, view.field.v0, view.field.u1, view.field.v1] for side, view in views.items()
+        },
+        "exposure": {side: str(view.exposure) for side, view in views.items()},
+        "triads": [triad_document(triad) for triad in measurement.triads],
+        "flags": flags_document(measurement.flags),
+    }
+
+
+def features_document(features: Features) -> list[dict[str, Any]]:
+    """Return one entry a feature: centre and standard deviations in px, score in [0, 1]."""
+    centres, scores = _numbers(features.xy_px), _numbers(features.score)
+    deviations = _deviations(features.covariance_px2)
+    return [
+        {"x": x, "y": y, "score": score, "sd_px": sd}
+        for (x, y), score, sd in zip(centres, scores, deviations, strict=True)
+    ]
+
+
+def triad_document(labelled: LabelledTriad) -> dict[str, Any]:
+    """Return a triad's label, pose with its uncertainty, and balls; frames as in ``Pose``."""
+    triad, pose = labelled.triad, labelled.triad.pose
+    return {
+        "label": labelled.label,
+        "label_reason": labelled.label_reason,
+        "model": triad.model,
+        "position_mm": _numbers(pose.position_mm),
+        "position_sd_mm": _numbers(pose.position_sd_mm),
+        "normal": _numbers(pose.normal),
+        "angles_deg": _numbers(pose.angles_deg),
+        "rotation": _numbers(pose.rotation),
+        "rotation_sd_deg": _numbers(pose.rotation_sd_deg),
+        "covariance": _numbers(pose.covariance),
+        "error_mm": _numbers(triad.error_mm),
+        "balls": {name: _ball_document(ball) for name, ball in triad.balls.items()},
+    }
+
+
+def flags_document(flags: Sequence[Flag]) -> list[dict[str, str]]:
+    """Return flags as objects with ``code`` and ``detail``."""
+    return [{"code": flag.code, "detail": flag.detail} for flag in flags]
+
+
+def _ball_document(ball: Ball) -> dict[str, Any]:
+    return {
+        "position_mm": _numbers(ball.position_mm),
+        "sd_mm": _deviations(ball.covariance_mm2),
+        "left": _numbers(ball.left_px),
+        "right": _numbers(ball.right_px),
+        "parallax_mm": _numbers(ball.parallax_mm),
+    }
+
+
+def _deviations(covariance: ArrayLike) -> Any:
+    return _numbers(np.sqrt(np.diagonal(np.asarray(covariance), axis1=-2, axis2=-1)))
+
+
+def _numbers(values: ArrayLike) -> Any:
+    array = np.asarray(values, dtype=np.float64)
+    if not np.isfinite(array).all():
+        raise ValueError("a result is not finite")
+    return array.tolist()
