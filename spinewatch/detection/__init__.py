@@ -1,0 +1,1 @@
+"""DETECT-POINT: from an image to ball features."""

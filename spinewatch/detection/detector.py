@@ -1,0 +1,190 @@
+"""DETECT-POINT: from an image to its ball features (thesis chapter 4, appendix C)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spinewatch.detection.edges import PropertySpace, property_planes, sobel
+from spinewatch.detection.features import decision_space, feature_space, peaks, threshold_components
+from spinewatch.detection.preprocess import (
+    Exposure,
+    Gray,
+    PreprocessParameters,
+    correct_exposure,
+    logarithm,
+    to_gray,
+    truncated_median_filter,
+)
+from spinewatch.detection.similarity import Measure
+from spinewatch.detection.surgical_field import FieldParameters, SurgicalField, surgical_field
+from spinewatch.detection.templates import Side, TemplateSet, default_template_set
+from spinewatch.features import Features
+from spinewatch.flags import Flag
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One template tree's part in the feature space: property space, measure, weight, and the root's gate.
+
+    ``gate`` None compares with the root alone (the relaxed mode of section 7.2).
+    """
+
+    space: PropertySpace
+    measure: Measure
+    weight: float = 1.0
+    gate: float | None = None
+
+
+@dataclass(frozen=True)
+class DetectionParameters:
+    """Parameters of ``detect``.
+
+    ``tone``: "log" compares ratios of reflectance, "gamma" the corrected gray levels as in the thesis;
+    ``log_offset`` in gray levels. ``median``: apply the truncated median filter. ``scales``: ball sizes to
+    look for, relative to the nominal. ``segmentation``: "peaks" or the thesis's "components"; ``budget``:
+    features (or, for components, features expected, with ``pixels_per_feature`` each). ``sigma_px``: standard
+    deviation of a centre, per axis.
+    """
+
+    preprocess: PreprocessParameters = field(default_factory=PreprocessParameters)
+    field: FieldParameters = field(default_factory=FieldParameters)
+    comparisons: tuple[Comparison, ...] = (Comparison(PropertySpace.DIRECTIVITY, Measure.CCN),)
+    tone: str = "log"
+    log_offset: float = 4.0
+    median: bool = False
+    scales: tuple[float, ...] = (0.97, 1.1)
+    segmentation: str = "peaks"
+    budget: int = 150
+    pixels_per_feature: int = 6
+    score_floor: float = 0.2
+    sigma_px: tuple[float, float] = (0.15, 0.15)
+
+
+THESIS_1995 = DetectionParameters(
+    comparisons=(
+        Comparison(PropertySpace.GRAY, Measure.RHO, weight=1.0, gate=0.4),
+        Comparison(PropertySpace.EDGE, Measure.CCM, weight=2.0, gate=0.4),
+    ),
+    tone="gamma",
+    median=True,
+    scales=(1.0,),
+    segmentation="components",
+    budget=15,
+)
+"""The method as published: gray RHO and edge CCM, K = 2, representatives behind a root gate, budgeted components."""
+
+
+@dataclass(frozen=True, eq=False)
+class Detection:
+    """Features of one image with the field that was searched, the kind of exposure and what is to be remarked."""
+
+    features: Features
+    field: SurgicalField
+    exposure: Exposure
+    flags: tuple[Flag, ...]
+
+
+def detect(
+    image: NDArray[Any],
+    side: Side,
+    ball_px: tuple[float, float],
+    parameters: DetectionParameters,
+    templates: TemplateSet | None = None,
+) -> Detection:
+    """Return the ball features of an 8- or 16-bit gray image (H, W), best first.
+
+    ``side``: which camera took it. ``ball_px``: nominal (width, height) of a ball's image. Large images are
+    reduced by a whole factor for the search, so that a ball is about as large as in the templates. Raises
+    ``ImageError`` for an image of another kind.
+    """
+    templates = templates or default_template_set()
+    gray = to_gray(image)
+    whole = SurgicalField(0, 0, gray.shape[1], gray.shape[0])
+    gray, exposure = correct_exposure(gray, parameters.preprocess)
+    if exposure is Exposure.BLANK:
+        return Detection(Features.empty(), whole, exposure, (Flag("blank-image", "the image is blank"),))
+    factor = max(1, round(min(b / t for b, t in zip(ball_px, templates.diameter_px, strict=True))))
+    small = _reduce(gray, factor)
+    tone = logarithm(small, parameters.log_offset) if parameters.tone == "log" else small
+    if parameters.median:
+        tone = truncated_median_filter(tone)
+    ball = (ball_px[0] / factor, ball_px[1] / factor)
+    box = surgical_field(_activity(small, parameters), _field_parameters(parameters.field, ball, templates))
+    space = _search(tone[box.v0 : box.v1, box.u0 : box.u1], side, ball, templates, parameters)
+    xy, score = _segment(space, ball, parameters)
+    xy = (xy + np.array([box.u0, box.v0])) * factor + (factor - 1) / 2
+    box = SurgicalField(*(factor * edge for edge in (box.u0, box.v0, box.u1, box.v1)))
+    flags = () if len(xy) else (Flag("no-features", "nothing in the image resembles a ball"),)
+    return Detection(
+        _features(xy, score, factor, parameters), box, exposure, flags + _exposure_flags(exposure)
+    )
+
+
+def _search(
+    tone: Gray,
+    side: Side,
+    ball_px: tuple[float, float],
+    templates: TemplateSet,
+    parameters: DetectionParameters,
+) -> NDArray[np.floating]:
+    """Return the feature space of the field: the weighted mean of the decision spaces, each over all ball sizes."""
+    planes = {c.space: property_planes(tone, c.space) for c in parameters.comparisons}
+    across, down = (b / t for b, t in zip(ball_px, templates.diameter_px, strict=True))
+    sizes = [(across * scale, down * scale) for scale in parameters.scales]
+    decisions = [
+        decision_space(planes[c.space], templates.trees[side, c.space].scaled(sizes), c.measure, c.gate)
+        for c in parameters.comparisons
+    ]
+    return feature_space(decisions, [c.weight for c in parameters.comparisons])
+
+
+def _segment(
+    space: NDArray[np.floating], ball_px: tuple[float, float], parameters: DetectionParameters
+) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
+    if parameters.segmentation == "components":
+        return threshold_components(space, parameters.budget * parameters.pixels_per_feature)
+    # Two balls cannot be closer than about half a diameter without one hiding the other.
+    radius = max(1, round(min(ball_px) / 3))
+    return peaks(space, parameters.budget, radius, parameters.score_floor)
+
+
+def _activity(gray: Gray, parameters: DetectionParameters) -> Gray:
+    gx, gy = sobel(logarithm(gray, 2 * parameters.log_offset))
+    return np.abs(gx) + np.abs(gy)
+
+
+def _field_parameters(
+    parameters: FieldParameters, ball_px: tuple[float, float], templates: TemplateSet
+) -> FieldParameters:
+    ratio = max(b / t for b, t in zip(ball_px, templates.diameter_px, strict=True))
+    return replace(parameters, segment_px=max(1, round(parameters.segment_px * ratio)))
+
+
+def _reduce(gray: Gray, factor: int) -> Gray:
+    """Return means over blocks of ``factor`` x ``factor`` pixels, leaving out what fills no block at the far edges."""
+    if factor == 1:
+        return gray
+    h, w = (n // factor for n in gray.shape)
+    blocks = gray[: h * factor, : w * factor].reshape(h, factor, w, factor)
+    return np.asarray(blocks.mean(axis=(1, 3)), dtype=np.float32)
+
+
+def _features(
+    xy: NDArray[np.floating], score: NDArray[np.floating], factor: int, parameters: DetectionParameters
+) -> Features:
+    covariance = np.diag(np.square(parameters.sigma_px)) * factor**2
+    return Features(xy.astype(np.float64), score.astype(np.float64), np.tile(covariance, (len(xy), 1, 1)))
+
+
+def _exposure_flags(exposure: Exposure) -> tuple[Flag, ...]:
+    if exposure is Exposure.GLARE:
+        return (
+            Flag("image-saturated", "much of the image is saturated; close the aperture or dim the lamp"),
+        )
+    if exposure is Exposure.VERY_DARK:
+        return (Flag("image-dark", "the image is very dark; open the aperture or brighten the lamp"),)
+    return ()
