@@ -1,0 +1,1 @@
+"""MATCH-POINT's lower levels: from features in two views to points in space."""

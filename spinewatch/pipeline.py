@@ -1,0 +1,154 @@
+"""One stage of a surgery: from a stereo pair and its rig to labelled triads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spinewatch.camera import Camera, Rig
+from spinewatch.correspondence.candidates import range_limits_mm
+from spinewatch.detection.detector import Detection, DetectionParameters, detect
+from spinewatch.detection.templates import TemplateSet, default_template_set
+from spinewatch.errors import ImageSizeError, ParameterError, SameImageError
+from spinewatch.flags import Flag
+from spinewatch.triads.choose import SpineAxis
+from spinewatch.triads.labels import LabelledTriad, LabelParameters, label_triads
+from spinewatch.triads.search import SearchParameters, match_triads
+
+Image = NDArray[np.uint8] | NDArray[np.uint16]
+Progress = Callable[[str, float], None]
+"""Called at the start of each step with its name and the fraction done before it, 0 to 1."""
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Parameters of all steps; stored with every result.
+
+    ``ball_diameter_mm`` of a marker's ball.
+    """
+
+    ball_diameter_mm: float = 8.0
+    detection: DetectionParameters = field(default_factory=DetectionParameters)
+    search: SearchParameters = field(default_factory=SearchParameters)
+    labels: LabelParameters = field(default_factory=LabelParameters)
+
+
+@dataclass(frozen=True)
+class StageRequest:
+    """What the surgeon knows: vertebrae in order of increasing coordinate along ``spine_axis``, and how many triads.
+
+    Without ``triads`` their number is that of the labels, or unknown when there are none.
+    """
+
+    labels: tuple[str, ...] = ()
+    spine_axis: SpineAxis = "auto"
+    triads: int | None = None
+
+    @property
+    def expected(self) -> int | None:
+        """Number of triads placed, or None."""
+        return self.triads if self.triads is not None else len(self.labels) or None
+
+
+@dataclass(frozen=True, eq=False)
+class StageMeasurement:
+    """What one stereo pair shows: detections, triads in label order (unlabelled ones last), and all flags."""
+
+    left: Detection
+    right: Detection
+    triads: tuple[LabelledTriad, ...]
+    flags: tuple[Flag, ...]
+
+
+def silent(step: str, fraction: float) -> None:
+    """Report no progress."""
+
+
+def measure_stage(
+    left: Image,
+    right: Image,
+    rig: Rig,
+    request: StageRequest,
+    parameters: Parameters | None = None,
+    progress: Progress = silent,
+    templates: TemplateSet | None = None,
+) -> StageMeasurement:
+    """Return the labelled triads of a stereo pair of gray images (H, W), 8 or 16 bits.
+
+    Raises ``ImageSizeError`` for images of another size than the rig's, ``SameImageError`` when both are the
+    same, ``ParameterError`` for a request that contradicts itself or a rig whose axes do not meet in front of
+    it.
+    """
+    parameters = parameters or Parameters()
+    templates = templates or default_template_set()
+    _check_request(request)
+    for side, image, camera in (("left", left, rig.left), ("right", right, rig.right)):
+        _check_size(side, image, camera)
+    if left.shape == right.shape and np.array_equal(left, right):
+        raise SameImageError("left and right are the same picture; send the pair that the two cameras took")
+    balls = nominal_ball_px(rig, parameters)
+    progress("detect left", 0.0)
+    left_found = detect(left, "left", balls[0], parameters.detection, templates)
+    progress("detect right", 0.3)
+    right_found = detect(right, "right", balls[1], parameters.detection, templates)
+    progress("match", 0.6)
+    search = match_triads(
+        left_found.features,
+        right_found.features,
+        rig,
+        parameters.search,
+        expected=request.expected,
+        axis=request.spine_axis,
+        images=(left, right),
+    )
+    progress("label", 0.9)
+    labelled, label_flags = label_triads(search.triads, request.labels, request.spine_axis, parameters.labels)
+    flags = (
+        *_of_side("left", left_found.flags),
+        *_of_side("right", right_found.flags),
+        *search.flags,
+        *label_flags,
+    )
+    return StageMeasurement(left_found, right_found, labelled, flags)
+
+
+def nominal_ball_px(rig: Rig, parameters: Parameters) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the (width, height) in pixels of a ball's image in each view, at the middle of the range limits."""
+    limits = range_limits_mm(rig, parameters.search.matcher.candidates)
+    left, right = (
+        camera.ball_diameter_px(parameters.ball_diameter_mm, float(near_far.mean()))
+        for camera, near_far in zip((rig.left, rig.right), limits, strict=True)
+    )
+    return left, right
+
+
+def parameters_document(parameters: Parameters) -> dict[str, Any]:
+    """Return the parameters as a tree of plain values, ready for JSON."""
+    return asdict(parameters)
+
+
+def _check_request(request: StageRequest) -> None:
+    if len(set(request.labels)) != len(request.labels) or not all(request.labels):
+        raise ParameterError("labels must be different, non-empty names")
+    if request.triads is not None and request.triads < 1:
+        raise ParameterError("the number of triads must be at least 1")
+    if request.labels and request.triads not in (None, len(request.labels)):
+        raise ParameterError(f"{request.triads} triads cannot carry {len(request.labels)} labels")
+
+
+def _check_size(side: str, image: Image, camera: Camera) -> None:
+    width, height = camera.image_size_px
+    if image.shape != (height, width):
+        shape = " x ".join(str(n) for n in reversed(image.shape))
+        raise ImageSizeError(
+            f"the {side} image is {shape} pixels, the rig was calibrated for {width} x {height}; "
+            "send the image as the camera took it, or the rig of this camera"
+        )
+
+
+def _of_side(side: str, flags: tuple[Flag, ...]) -> tuple[Flag, ...]:
+    return tuple(Flag(flag.code, f"{side}: {flag.detail}") for flag in flags)

@@ -1,0 +1,1 @@
+"""From triad poses to the motion and configuration of the spine."""

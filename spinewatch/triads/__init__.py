@@ -1,0 +1,1 @@
+"""MATCH-POINT's top level: from points to labelled triad poses."""
