@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from spinewatch.camera import Camera, Rig
 from spinewatch.correspondence.candidates import range_limits_mm
+from spinewatch.detection.centres import CentreParameters, View, refine_centres
 from spinewatch.detection.detector import Detection, DetectionParameters, detect
 from spinewatch.detection.templates import TemplateSet, default_template_set
 from spinewatch.errors import ImageSizeError, ParameterError, SameImageError
@@ -33,6 +34,7 @@ class Parameters:
 
     ball_diameter_mm: float = 8.0
     detection: DetectionParameters = field(default_factory=DetectionParameters)
+    centres: CentreParameters = field(default_factory=CentreParameters)
     search: SearchParameters = field(default_factory=SearchParameters)
     labels: LabelParameters = field(default_factory=LabelParameters)
 
@@ -93,12 +95,22 @@ def measure_stage(
     balls = nominal_ball_px(rig, parameters)
     progress("detect left", 0.0)
     left_found = detect(left, "left", balls[0], parameters.detection, templates)
-    progress("detect right", 0.3)
+    progress("detect right", 0.25)
     right_found = detect(right, "right", balls[1], parameters.detection, templates)
-    progress("match", 0.6)
+    progress("refine centres", 0.5)
+    ranges = nominal_ranges_mm(rig, parameters)
+    centres = refine_centres(
+        View(rig.left, left, left_found.features, balls[0], ranges[0]),
+        View(rig.right, right, right_found.features, balls[1], ranges[1]),
+        parameters.ball_diameter_mm / 2,
+        parameters.centres,
+    )
+    left_found = replace(left_found, features=centres.left)
+    right_found = replace(right_found, features=centres.right)
+    progress("match", 0.7)
     search = match_triads(
-        left_found.features,
-        right_found.features,
+        centres.left,
+        centres.right,
         rig,
         parameters.search,
         expected=request.expected,
@@ -118,12 +130,15 @@ def measure_stage(
 
 def nominal_ball_px(rig: Rig, parameters: Parameters) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the (width, height) in pixels of a ball's image in each view, at the middle of the range limits."""
-    limits = range_limits_mm(rig, parameters.search.matcher.candidates)
-    left, right = (
-        camera.ball_diameter_px(parameters.ball_diameter_mm, float(near_far.mean()))
-        for camera, near_far in zip((rig.left, rig.right), limits, strict=True)
-    )
-    return left, right
+    left, right = nominal_ranges_mm(rig, parameters)
+    size = parameters.ball_diameter_mm
+    return rig.left.ball_diameter_px(size, left), rig.right.ball_diameter_px(size, right)
+
+
+def nominal_ranges_mm(rig: Rig, parameters: Parameters) -> tuple[float, float]:
+    """Return the middle of the range limits along the left and the right optical axis, mm."""
+    left, right = range_limits_mm(rig, parameters.search.matcher.candidates)
+    return float(left.mean()), float(right.mean())
 
 
 def parameters_document(parameters: Parameters) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spinewatch.detection.edges import PropertySpace, property_planes, sobel
+from spinewatch.detection.edges import Planes, PropertySpace, property_planes
 from spinewatch.detection.features import decision_space, feature_space, peaks, threshold_components
 from spinewatch.detection.preprocess import (
     Exposure,
@@ -16,6 +16,7 @@ from spinewatch.detection.preprocess import (
     PreprocessParameters,
     correct_exposure,
     logarithm,
+    reduce_image,
     to_gray,
     truncated_median_filter,
 )
@@ -43,17 +44,16 @@ class Comparison:
 class DetectionParameters:
     """Parameters of ``detect``.
 
-    ``tone``: "log" compares ratios of reflectance, "gamma" the corrected gray levels as in the thesis;
-    ``log_offset`` in gray levels. ``median``: apply the truncated median filter. ``scales``: ball sizes to
-    look for, relative to the nominal. ``segmentation``: "peaks" or the thesis's "components"; ``budget``:
-    features (or, for components, features expected, with ``pixels_per_feature`` each). ``sigma_px``: standard
-    deviation of a centre, per axis.
+    ``log_offset``: gray levels added before the logarithm. ``median``: apply the truncated median filter to the
+    published spaces. ``scales``: ball sizes to look for, relative to the nominal. ``segmentation``: "peaks" or
+    the thesis's "components"; ``budget``: features (or, for components, features expected, with
+    ``pixels_per_feature`` each). ``score_floor``: least score of a peak. ``sigma_px``: standard deviation of a
+    centre before it is refined, per axis.
     """
 
     preprocess: PreprocessParameters = field(default_factory=PreprocessParameters)
     field: FieldParameters = field(default_factory=FieldParameters)
     comparisons: tuple[Comparison, ...] = (Comparison(PropertySpace.DIRECTIVITY, Measure.CCN),)
-    tone: str = "log"
     log_offset: float = 4.0
     median: bool = False
     scales: tuple[float, ...] = (0.97, 1.1)
@@ -69,7 +69,6 @@ THESIS_1995 = DetectionParameters(
         Comparison(PropertySpace.GRAY, Measure.RHO, weight=1.0, gate=0.4),
         Comparison(PropertySpace.EDGE, Measure.CCM, weight=2.0, gate=0.4),
     ),
-    tone="gamma",
     median=True,
     scales=(1.0,),
     segmentation="components",
@@ -108,13 +107,12 @@ def detect(
     if exposure is Exposure.BLANK:
         return Detection(Features.empty(), whole, exposure, (Flag("blank-image", "the image is blank"),))
     factor = max(1, round(min(b / t for b, t in zip(ball_px, templates.diameter_px, strict=True))))
-    small = _reduce(gray, factor)
-    tone = logarithm(small, parameters.log_offset) if parameters.tone == "log" else small
-    if parameters.median:
-        tone = truncated_median_filter(tone)
+    small = reduce_image(gray, factor)
     ball = (ball_px[0] / factor, ball_px[1] / factor)
-    box = surgical_field(_activity(small, parameters), _field_parameters(parameters.field, ball, templates))
-    space = _search(tone[box.v0 : box.v1, box.u0 : box.u1], side, ball, templates, parameters)
+    gradient = property_planes(logarithm(small, parameters.log_offset), PropertySpace.DIRECTIVITY)
+    box = surgical_field(np.abs(gradient).sum(axis=0), _field_parameters(parameters.field, ball, templates))
+    crop = np.s_[..., box.v0 : box.v1, box.u0 : box.u1]
+    space = _search(small[crop], gradient[crop], side, ball, templates, parameters)
     xy, score = _segment(space, ball, parameters)
     xy = (xy + np.array([box.u0, box.v0])) * factor + (factor - 1) / 2
     box = SurgicalField(*(factor * edge for edge in (box.u0, box.v0, box.u1, box.v1)))
@@ -125,20 +123,27 @@ def detect(
 
 
 def _search(
-    tone: Gray,
+    gray: Gray,
+    gradient: Planes,
     side: Side,
     ball_px: tuple[float, float],
     templates: TemplateSet,
     parameters: DetectionParameters,
 ) -> NDArray[np.floating]:
-    """Return the feature space of the field: the weighted mean of the decision spaces, each over all ball sizes."""
-    planes = {c.space: property_planes(tone, c.space) for c in parameters.comparisons}
+    """Return the feature space of the field: the weighted mean of the decision spaces, each over all ball sizes.
+
+    The published spaces, gray level and edge magnitude, see the gray image; the directivity is that of its logarithm.
+    """
+    if parameters.median:
+        gray = truncated_median_filter(gray)
     across, down = (b / t for b, t in zip(ball_px, templates.diameter_px, strict=True))
     sizes = [(across * scale, down * scale) for scale in parameters.scales]
-    decisions = [
-        decision_space(planes[c.space], templates.trees[side, c.space].scaled(sizes), c.measure, c.gate)
-        for c in parameters.comparisons
-    ]
+    decisions = []
+    for c in parameters.comparisons:
+        planes = gradient if c.space is PropertySpace.DIRECTIVITY else property_planes(gray, c.space)
+        decisions.append(
+            decision_space(planes, templates.trees[side, c.space].scaled(sizes), c.measure, c.gate)
+        )
     return feature_space(decisions, [c.weight for c in parameters.comparisons])
 
 
@@ -152,25 +157,11 @@ def _segment(
     return peaks(space, parameters.budget, radius, parameters.score_floor)
 
 
-def _activity(gray: Gray, parameters: DetectionParameters) -> Gray:
-    gx, gy = sobel(logarithm(gray, 2 * parameters.log_offset))
-    return np.abs(gx) + np.abs(gy)
-
-
 def _field_parameters(
     parameters: FieldParameters, ball_px: tuple[float, float], templates: TemplateSet
 ) -> FieldParameters:
     ratio = max(b / t for b, t in zip(ball_px, templates.diameter_px, strict=True))
     return replace(parameters, segment_px=max(1, round(parameters.segment_px * ratio)))
-
-
-def _reduce(gray: Gray, factor: int) -> Gray:
-    """Return means over blocks of ``factor`` x ``factor`` pixels, leaving out what fills no block at the far edges."""
-    if factor == 1:
-        return gray
-    h, w = (n // factor for n in gray.shape)
-    blocks = gray[: h * factor, : w * factor].reshape(h, factor, w, factor)
-    return np.asarray(blocks.mean(axis=(1, 3)), dtype=np.float32)
 
 
 def _features(

@@ -79,6 +79,15 @@ def correct_exposure(gray: Gray, parameters: PreprocessParameters) -> tuple[Gray
     return gray, kinds[min(applied, 2)]
 
 
+def reduce_image(gray: Gray, factor: int) -> Gray:
+    """Return means over blocks of ``factor`` x ``factor`` pixels, leaving out what fills no block at the far edges."""
+    if factor == 1:
+        return gray
+    h, w = (n // factor for n in gray.shape)
+    blocks = gray[: h * factor, : w * factor].reshape(h, factor, w, factor)
+    return np.asarray(blocks.mean(axis=(1, 3)), dtype=np.float32)
+
+
 def gamma_correct(gray: Gray, gamma: float) -> Gray:
     """Return ``255 (v / 255)^(1/gamma)`` (eq. 4.1) of gray levels of 0..255."""
     return np.asarray(FULL_SCALE * np.power(gray / FULL_SCALE, 1 / gamma), dtype=np.float32)
