@@ -44,7 +44,8 @@ class CentreParameters:
     of these it takes. ``lamp_sd_mm``: how far from the middle between the cameras the lamp may hang, per axis.
     ``template_sd_px`` and ``highlight_sd_px``: least standard deviations of these cues; ``outline_floor_px`` of
     the outline. ``common_sd_px``: what remains of a view's shift. ``gate_sigma``: a highlight further off than
-    this is left out. ``misfit_sd_px``: how far outline and highlight of one ball usually disagree.
+    this is left out. ``misfit_sd_px``: how far outline and highlight of one ball usually disagree;
+    ``agreement_sigma``: how far they may disagree about a whole view.
     """
 
     refined: int = 60
@@ -54,12 +55,13 @@ class CentreParameters:
     sure_score: float = 0.75
     least_sure: int = 5
     lamp_sd_mm: tuple[float, float, float] = (150.0, 150.0, 200.0)
-    template_sd_px: float = 0.15
-    highlight_sd_px: float = 0.06
-    outline_floor_px: float = 0.15
-    common_sd_px: float = 0.05
+    template_sd_px: float = 0.2
+    highlight_sd_px: float = 0.1
+    outline_floor_px: float = 0.2
+    common_sd_px: float = 0.06
     gate_sigma: float = 4.0
     misfit_sd_px: float = 0.25
+    agreement_sigma: float = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,29 +170,41 @@ def _locate_lamp(
 def _combine(features: Features, cues: _Cues, offset: Float | None, p: CentreParameters) -> Features:
     """Return the weighted means of a view's cues, each rid of the shift common to the view."""
     highlight = cues.highlight if offset is None else cues.highlight - offset
-    present = cues.present if offset is not None else np.zeros_like(cues.present)
-    lit = cues.sure & present
-    enough = lit.sum() >= p.least_sure
-    template = cues.template + _shift(
-        highlight - cues.template if enough else cues.outline - cues.template, lit if enough else cues.sure
-    )
+    lit = cues.sure & cues.present & (offset is not None)
+    shift, trusted = _shift(cues, highlight, lit, p)
+    template = cues.template + shift
     template_var = np.full(template.shape, p.template_sd_px**2)
     highlight_var = np.full(template.shape, _spread(highlight - template, lit, p) ** 2)
     # Correlation and outline say where the ball must be; a highlight elsewhere is another lamp's.
     middle, middle_var = _mean((template, template_var), (cues.outline, cues.outline_var))
     far = np.abs(highlight - middle) > p.gate_sigma * np.sqrt(middle_var + highlight_var)
-    highlight_var[far.any(axis=1) | ~present] = np.inf
+    highlight_var[far.any(axis=1) | ~(cues.present & trusted)] = np.inf
     centre, variance = _mean(
         (template, template_var), (cues.outline, cues.outline_var), (highlight, highlight_var)
     )
     covariance = np.zeros((len(centre), 2, 2))
-    covariance[:, [0, 1], [0, 1]] = (variance + p.common_sd_px**2) * cues.factor**2
+    doubt = _doubt((template - cues.outline)[cues.sure], (template_var + cues.outline_var)[cues.sure])
+    covariance[:, [0, 1], [0, 1]] = (doubt * variance + p.common_sd_px**2) * cues.factor**2
     return Features(centre * cues.factor + (cues.factor - 1) / 2, features.score, covariance)
 
 
-def _shift(difference: Float, sure: Bool) -> Float:
-    """Return the shift (2,) common to a view: the median over the balls that are sure."""
-    return np.median(difference[sure], axis=0) if sure.any() else np.zeros(2)
+def _shift(cues: _Cues, highlight: Float, lit: Bool, p: CentreParameters) -> tuple[Float, bool]:
+    """Return the shift (2,) of correlation that is common to a view, and whether highlights may be trusted in it.
+
+    Outlines and highlights must agree about it. Where they do not, other lamps shine brighter than the one found.
+    """
+    if not cues.sure.any():
+        return np.zeros(2), False
+    by_outline = np.median((cues.outline - cues.template)[cues.sure], axis=0)
+    outline_var = 1.57 * p.misfit_sd_px**2 / cues.sure.sum()  # of a median
+    if lit.sum() < p.least_sure:
+        return by_outline, False
+    by_highlight = np.median((highlight - cues.template)[lit], axis=0)
+    highlight_var = p.highlight_sd_px**2
+    apart = np.abs(by_highlight - by_outline) / np.sqrt(outline_var + highlight_var)
+    if apart.max() > p.agreement_sigma:
+        return by_outline, False
+    return _mean((by_outline, np.full(2, outline_var)), (by_highlight, np.full(2, highlight_var)))[0], True
 
 
 def _spread(difference: Float, lit: Bool, p: CentreParameters) -> Float:
@@ -199,6 +213,18 @@ def _spread(difference: Float, lit: Bool, p: CentreParameters) -> Float:
         return np.full(2, p.highlight_sd_px)
     scatter = 1.4826 * np.median(np.abs(difference[lit]), axis=0)
     return np.asarray(np.sqrt(np.maximum(scatter**2 - p.template_sd_px**2, p.highlight_sd_px**2)))
+
+
+def _doubt(difference: Float, variance: Float) -> float:
+    """Return by how much two cues of a view's balls differ more than their variances (n, 2) say, never less than 1.
+
+    Grounds differ: beside coarse, high-contrast flesh all cues of a view are worse.
+    """
+    known = np.isfinite(variance)
+    if not known.any():
+        return 1.0
+    chi2_of_one = 0.455  # median
+    return max(1.0, float(np.median(difference[known] ** 2 / variance[known])) / chi2_of_one)
 
 
 def _mean(*cues: tuple[Float, Float]) -> tuple[Float, Float]:

@@ -15,7 +15,7 @@ from spinewatch.detection.preprocess import (
     Gray,
     PreprocessParameters,
     correct_exposure,
-    logarithm,
+    log_tone,
     reduce_image,
     to_gray,
     truncated_median_filter,
@@ -44,21 +44,22 @@ class Comparison:
 class DetectionParameters:
     """Parameters of ``detect``.
 
-    ``log_offset``: gray levels added before the logarithm. ``median``: apply the truncated median filter to the
-    published spaces. ``scales``: ball sizes to look for, relative to the nominal. ``segmentation``: "peaks" or
-    the thesis's "components"; ``budget``: features (or, for components, features expected, with
-    ``pixels_per_feature`` each). ``score_floor``: least score of a peak. ``sigma_px``: standard deviation of a
-    centre before it is refined, per axis.
+    ``log_offset``: gray levels added before the logarithm; ``dark_blur_px``: smoothing of very dark images before
+    it, whose noise the correction has raised. ``median``: apply the truncated median filter to the published
+    spaces. ``scales``: ball sizes to look for, relative to the nominal. ``segmentation``: "peaks" or the thesis's
+    "components"; ``budget``: features (or, for components, features expected, with ``pixels_per_feature`` each).
+    ``score_floor``: least score of a peak. ``sigma_px``: standard deviation of a centre before it is refined.
     """
 
     preprocess: PreprocessParameters = field(default_factory=PreprocessParameters)
     field: FieldParameters = field(default_factory=FieldParameters)
     comparisons: tuple[Comparison, ...] = (Comparison(PropertySpace.DIRECTIVITY, Measure.CCN),)
     log_offset: float = 4.0
+    dark_blur_px: float = 0.5
     median: bool = False
     scales: tuple[float, ...] = (0.97, 1.1)
     segmentation: str = "peaks"
-    budget: int = 150
+    budget: int = 200
     pixels_per_feature: int = 6
     score_floor: float = 0.2
     sigma_px: tuple[float, float] = (0.15, 0.15)
@@ -109,7 +110,12 @@ def detect(
     factor = max(1, round(min(b / t for b, t in zip(ball_px, templates.diameter_px, strict=True))))
     small = reduce_image(gray, factor)
     ball = (ball_px[0] / factor, ball_px[1] / factor)
-    gradient = property_planes(logarithm(small, parameters.log_offset), PropertySpace.DIRECTIVITY)
+    gradient = property_planes(
+        log_tone(
+            small, parameters.log_offset, parameters.dark_blur_px if exposure is Exposure.VERY_DARK else 0.0
+        ),
+        PropertySpace.DIRECTIVITY,
+    )
     box = surgical_field(np.abs(gradient).sum(axis=0), _field_parameters(parameters.field, ball, templates))
     crop = np.s_[..., box.v0 : box.v1, box.u0 : box.u1]
     space = _search(small[crop], gradient[crop], side, ball, templates, parameters)

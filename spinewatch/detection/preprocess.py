@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -93,9 +94,14 @@ def gamma_correct(gray: Gray, gamma: float) -> Gray:
     return np.asarray(FULL_SCALE * np.power(gray / FULL_SCALE, 1 / gamma), dtype=np.float32)
 
 
-def logarithm(gray: Gray, offset: float) -> Gray:
-    """Return ``log(v + offset)``, the limit of ever more gamma corrections: contrast is a ratio of reflectances."""
-    return np.asarray(np.log(gray + offset), dtype=np.float32)
+def log_tone(gray: Gray, offset: float, blur_px: float) -> Gray:
+    """Return ``log(v + offset)`` of gray levels, smoothed by a Gaussian of ``blur_px``.
+
+    The logarithm is the limit of ever more gamma corrections: contrast becomes a ratio of reflectances. What little
+    is smoothed is noise, since no lens is that sharp.
+    """
+    smooth = cv2.GaussianBlur(gray, (0, 0), blur_px) if blur_px > 0 else gray
+    return np.asarray(np.log(smooth + np.float32(offset)), dtype=np.float32)
 
 
 def truncated_median_filter(gray: Gray) -> Gray:

@@ -1,0 +1,78 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from commands.main import cli
+from spinewatch.detection.annotation import (
+    AnnotatedView,
+    BuildParameters,
+    build_template_set,
+    clutter_covariance,
+    whiten,
+)
+from spinewatch.detection.detector import DetectionParameters
+from spinewatch.detection.templates import TemplateError, default_template_set, read_template_set
+
+SAMPLES = Path(__file__).parents[2] / "samples" / "D1"
+
+
+def test_the_command_makes_the_set_that_ships(tmp_path: Path) -> None:
+    out = tmp_path / "templates.npz"
+    folders = [str(SAMPLES / stage) for stage in ("PRE", "INTER", "POST")]
+    done = CliRunner().invoke(
+        cli,
+        [
+            "templates",
+            "build",
+            *folders,
+            "--rig",
+            str(SAMPLES / "rig.json"),
+            "--out",
+            str(out),
+            "--version",
+            "v",
+        ],
+    )
+    assert done.exit_code == 0, done.output
+    made, ships = read_template_set(out.read_bytes()), default_template_set()
+    assert made.trees.keys() == ships.trees.keys()
+    for key, tree in ships.trees.items():
+        assert made.trees[key].roots == pytest.approx(tree.roots, abs=1e-4)
+        assert made.trees[key].representatives == pytest.approx(tree.representatives, abs=1e-4)
+
+
+def test_whitening_turns_a_template_away_from_what_clutter_looks_like() -> None:
+    mask = np.ones((5, 5))
+    stripes = np.tile(np.sin(np.arange(5)), (5, 1))[None, None]
+    dot = np.zeros((1, 1, 5, 5))
+    dot[0, 0, 2, 2] = 1.0
+    clutter = np.outer(stripes.ravel(), stripes.ravel())
+    (white,) = whiten(dot + stripes, mask, clutter, ridge=0.01)
+    assert abs(np.sum(white * stripes)) < 0.2 * abs(np.sum((dot + stripes) * stripes)) / np.linalg.norm(
+        dot + stripes
+    )
+    assert np.linalg.norm(white) == pytest.approx(1)
+
+
+def test_clutter_covariance_is_that_of_patches_laid_anywhere() -> None:
+    rng = np.random.default_rng(0)
+    noise = rng.normal(size=(2, 300, 300)).astype(np.float32)
+    smooth = noise + np.roll(noise, 1, axis=2)
+    covariance = clutter_covariance([smooth], np.ones((3, 3)))
+    correlation = covariance / covariance[0, 0]
+    assert np.allclose(np.diag(correlation), 1, atol=0.05)
+    assert correlation[0, 1] == pytest.approx(0.5, abs=0.05)  # its neighbour in u
+    assert correlation[0, 3] == pytest.approx(0.0, abs=0.05)  # its neighbour in v
+    assert correlation[0, 9] == pytest.approx(0.0, abs=0.05)  # the other plane
+
+
+def test_views_of_one_side_only_are_refused() -> None:
+    truth = json.loads((SAMPLES / "PRE" / "truth.json").read_text())
+    centres = np.array([b["left"]["center_px"] for t in truth["triads"] for b in t["balls"].values()])
+    image = np.random.default_rng(0).integers(0, 255, (416, 568)).astype(np.uint8)
+    view = AnnotatedView(image, "left", centres, np.full((len(centres), 2), 9.0))
+    with pytest.raises(TemplateError, match="both"):
+        build_template_set([view], "v", BuildParameters(), DetectionParameters())
