@@ -1,0 +1,1 @@
+"""The history of the tables (Alembic); the only way a table is made, in tests too."""

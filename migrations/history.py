@@ -1,0 +1,48 @@
+"""Alembic from Python: no ini file, so that it works from any directory."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from alembic import command
+from alembic.config import Config
+from alembic.script import ScriptDirectory
+from alembic.util import CommandError
+from sqlalchemy import Connection
+
+from store.errors import RecordNotReadyError
+from store.record import Record, sqlite_path
+
+
+def upgrade(url: str) -> None:
+    """Bring a database to the newest revision, all steps or none; an SQLite file and its folder are made.
+
+    Raises ``RecordNotReadyError`` when the database knows a revision that this version does not.
+    """
+    path = sqlite_path(url)
+    if path is not None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    record = Record(url)
+    try:
+        with record.writing() as session:
+            command.upgrade(config(session.connection()), "head")
+    except CommandError as error:
+        raise RecordNotReadyError(
+            "the database was made by another version of Spinewatch; use that version or restore a backup"
+        ) from error
+    finally:
+        record.close()
+
+
+def head() -> str:
+    """Return the newest revision."""
+    return ScriptDirectory.from_config(config()).get_current_head() or ""
+
+
+def config(connection: Connection | None = None) -> Config:
+    """Return Alembic's configuration for a connection whose transaction is the caller's."""
+    configuration = Config()
+    configuration.set_main_option("script_location", str(Path(__file__).parent).replace("%", "%%"))
+    configuration.set_main_option("file_template", "r%%(rev)s_%%(slug)s")
+    configuration.attributes["connection"] = connection
+    return configuration

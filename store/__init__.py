@@ -1,0 +1,1 @@
+"""The record: tables, sessions, queries and the bell; the database is the truth about everything measured."""

@@ -1,0 +1,181 @@
+"""Jobs: who may work on a stage, and how the work ends.
+
+The job's row is the truth. A worker claims it under a lease whose owner is a fresh UUID, and every later
+statement of that worker names the owner: once another has claimed the job, or it was cancelled, the statement
+touches no row. An expired lease that nobody took is still its owner's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from typing import Any, cast
+from uuid import uuid4
+
+from sqlalchemy import ColumnElement, CursorResult, Update, and_, or_, select, update
+from sqlalchemy.orm import Session, joinedload
+
+from store import changes
+from store.changes import Action
+from store.errors import JobFinishedError, NotFoundError
+from store.results import measurement_of
+from store.tables import FINAL_STATES, Document, Job, JobState
+
+ATTEMPTS_EXHAUSTED = "attempts-exhausted"
+
+
+@dataclass(frozen=True)
+class Lease:
+    """The right of one attempt to work on a job."""
+
+    job_id: str
+    stage_id: str
+    surgery_id: str
+    owner: str
+    attempt: int
+
+
+def get(session: Session, job_id: str) -> Job:
+    """Return a job with its stage; raise ``NotFoundError``."""
+    job = session.scalars(select(Job).where(Job.id == job_id).options(joinedload(Job.stage))).one_or_none()
+    if job is None:
+        raise NotFoundError("job")
+    return job
+
+
+def claim(session: Session, job_id: str, now: datetime, lease: timedelta, max_attempts: int) -> Lease | None:
+    """Take a job that waits, or whose lease ran out; None when there is nothing to take.
+
+    A job that has used all its attempts fails here instead.
+    """
+    job = session.scalars(
+        select(Job).where(Job.id == job_id, _claimable(now)).options(joinedload(Job.stage)).with_for_update()
+    ).one_or_none()
+    if job is None:
+        return None
+    if job.attempts >= max_attempts:
+        sentence = f"the job was started {job.attempts} times and never ended; see the workers' log"
+        _end(job, JobState.FAILED, now, {"code": ATTEMPTS_EXHAUSTED, "detail": sentence})
+        changes.append(session, now, Action.JOB_FAILED, job.id, job.stage.surgery_id)
+        return None
+    job.state = JobState.RUNNING
+    job.attempts += 1
+    job.lease_owner = str(uuid4())
+    job.lease_until = now + lease
+    job.progress, job.step = 0.0, None
+    job.started_at = job.started_at or now
+    changes.append(session, now, Action.JOB_STARTED, job.id, job.stage.surgery_id)
+    return Lease(job.id, job.stage_id, job.stage.surgery_id, job.lease_owner, job.attempts)
+
+
+def extend(session: Session, lease: Lease, until: datetime, progress: float, step: str | None) -> bool:
+    """Prolong a lease and note how far the work is; False when the lease is lost."""
+    return _update(session, lease, lease_until=until, progress=min(max(progress, 0.0), 1.0), step=step)
+
+
+def succeed(session: Session, lease: Lease, result: Mapping[str, Any], now: datetime) -> bool:
+    """Write a stage's result and end its job; False, and nothing is written, when the lease is lost.
+
+    ``result`` is the stage document (docs/api.md) with ``parameters`` and ``version``.
+    """
+    ended = _update(
+        session,
+        lease,
+        state=JobState.SUCCEEDED,
+        progress=1.0,
+        step=None,
+        finished_at=now,
+        lease_owner=None,
+        lease_until=None,
+    )
+    if ended:
+        session.add(measurement_of(lease.stage_id, result, now))
+        changes.append(session, now, Action.STAGE_MEASURED, lease.stage_id, lease.surgery_id)
+    return ended
+
+
+def fail(session: Session, lease: Lease, code: str, detail: str, now: datetime) -> bool:
+    """End a job that can never succeed; False when the lease is lost."""
+    error = {"code": code, "detail": detail}
+    ended = _update(
+        session,
+        lease,
+        state=JobState.FAILED,
+        error=error,
+        finished_at=now,
+        lease_owner=None,
+        lease_until=None,
+    )
+    if ended:
+        changes.append(session, now, Action.JOB_FAILED, lease.job_id, lease.surgery_id)
+    return ended
+
+
+def requeue(session: Session, lease: Lease, now: datetime, *, count_attempt: bool) -> bool:
+    """Give a job back to the queue; False when the lease is lost.
+
+    ``count_attempt`` is False for a worker that stops in good order: that says nothing against the job.
+    """
+    attempts = lease.attempt if count_attempt else lease.attempt - 1
+    returned = _update(
+        session,
+        lease,
+        state=JobState.QUEUED,
+        attempts=attempts,
+        progress=0.0,
+        step=None,
+        rung_at=now,
+        lease_owner=None,
+        lease_until=None,
+    )
+    if returned:
+        changes.append(session, now, Action.JOB_REQUEUED, lease.job_id, lease.surgery_id)
+    return returned
+
+
+def cancel(session: Session, job_id: str, now: datetime) -> Job:
+    """Cancel a job that has not ended; a worker at it finds its lease lost. Raises ``JobFinishedError``."""
+    job = session.scalars(
+        select(Job).where(Job.id == job_id).options(joinedload(Job.stage)).with_for_update()
+    ).one_or_none()
+    if job is None:
+        raise NotFoundError("job")
+    if job.state in FINAL_STATES:
+        raise JobFinishedError(
+            f"the job is {job.state.value} already; only a job that has not ended can be cancelled"
+        )
+    _end(job, JobState.CANCELLED, now, None)
+    changes.append(session, now, Action.JOB_CANCELLED, job.id, job.stage.surgery_id)
+    return job
+
+
+def unrung(session: Session, now: datetime, quiet: timedelta) -> list[str]:
+    """Return the ids of jobs that could be claimed and for which nobody rang in the last ``quiet``."""
+    query = select(Job.id).where(_claimable(now), Job.rung_at <= now - quiet).order_by(Job.created_at, Job.id)
+    return list(session.scalars(query))
+
+
+def note_ring(session: Session, job_id: str, now: datetime, quiet: timedelta) -> bool:
+    """Note that the bell is rung for a job; False when somebody else has just done so."""
+    query = update(Job).where(Job.id == job_id, _claimable(now), Job.rung_at <= now - quiet)
+    return _touches(session, query.values(rung_at=now))
+
+
+def _claimable(now: datetime) -> ColumnElement[bool]:
+    return or_(Job.state == JobState.QUEUED, and_(Job.state == JobState.RUNNING, Job.lease_until < now))
+
+
+def _end(job: Job, state: JobState, now: datetime, error: Document | None) -> None:
+    job.state, job.error, job.finished_at = state, error, now
+    job.lease_owner = job.lease_until = None
+
+
+def _update(session: Session, lease: Lease, **values: Any) -> bool:
+    mine = (Job.id == lease.job_id, Job.lease_owner == lease.owner, Job.state == JobState.RUNNING)
+    return _touches(session, update(Job).where(*mine).values(**values))
+
+
+def _touches(session: Session, statement: Update) -> bool:
+    result = session.execute(statement, execution_options={"synchronize_session": False})
+    return cast("CursorResult[Any]", result).rowcount == 1
