@@ -1,0 +1,1 @@
+"""Worker processes: take a job, decode its pictures, call the measuring library, write the result."""
