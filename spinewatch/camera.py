@@ -107,13 +107,14 @@ class Camera:
         px, py = self.pixel_size_mm
         return np.asarray(_correct_jacobian(d, self.radial, self.decentering) * np.array([px, -py]))
 
-    def distort(self, ideal: ArrayLike) -> Float:
+    def distort(self, ideal: ArrayLike, near: ArrayLike | None = None) -> Float:
         """Return measured plate points (..., 2) of ideal offsets (..., 2), both in mm; inverse of ``undistort``.
 
-        Newton's method on the plate. Points beyond the fold of the distortion model have no image: NaN.
+        Newton's method on the plate, from plate points ``near`` the result where they are known. Points
+        beyond the fold of the distortion model have no image: NaN.
         """
         target = np.asarray(ideal, dtype=np.float64)
-        d = target.copy()
+        d = target.copy() if near is None else np.asarray(near, dtype=np.float64) - self.principal_point_mm
         for _ in range(_NEWTON_STEPS):
             miss = _correct(d, self.radial, self.decentering) - target
             step = _solve_2x2(_correct_jacobian(d, self.radial, self.decentering), miss)
@@ -190,13 +191,10 @@ def _correct(d: Float, radial: tuple[float, float], decentering: tuple[float, fl
     (K1, K2), (P1, P2) = radial, decentering
     r2 = x * x + y * y
     scale = 1 + r2 * (K1 + r2 * K2)
-    return np.stack(
-        [
-            x * scale + P1 * (r2 + 2 * x * x) + 2 * P2 * x * y,
-            y * scale + P2 * (r2 + 2 * y * y) + 2 * P1 * x * y,
-        ],
-        axis=-1,
-    )
+    ideal = np.empty_like(d)
+    ideal[..., 0] = x * scale + P1 * (r2 + 2 * x * x) + 2 * P2 * x * y
+    ideal[..., 1] = y * scale + P2 * (r2 + 2 * y * y) + 2 * P1 * x * y
+    return ideal
 
 
 def _correct_jacobian(d: Float, radial: tuple[float, float], decentering: tuple[float, float]) -> Float:
@@ -214,10 +212,7 @@ def _correct_jacobian(d: Float, radial: tuple[float, float], decentering: tuple[
 def _solve_2x2(J: Float, b: Float) -> Float:
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         det = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
-        return np.stack(
-            [
-                (J[..., 1, 1] * b[..., 0] - J[..., 0, 1] * b[..., 1]) / det,
-                (J[..., 0, 0] * b[..., 1] - J[..., 1, 0] * b[..., 0]) / det,
-            ],
-            axis=-1,
-        )
+        x = np.empty_like(b)
+        x[..., 0] = (J[..., 1, 1] * b[..., 0] - J[..., 0, 1] * b[..., 1]) / det
+        x[..., 1] = (J[..., 0, 0] * b[..., 1] - J[..., 1, 0] * b[..., 0]) / det
+        return x

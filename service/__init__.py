@@ -1,0 +1,1 @@
+"""The HTTP API: routes, schemas and problems; it stores uploads and shows results, and never measures."""

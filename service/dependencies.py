@@ -1,0 +1,50 @@
+"""What routes ask for: the record, the bell, and a body of the right kind."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import Depends, HTTPException, Request
+
+from service.problems import STATUS_NAMES
+from service.schema import Problem
+from store.bell import Bell
+from store.record import Record
+
+
+def _record(request: Request) -> Record:
+    record: Record = request.app.state.record
+    return record
+
+
+def _bell(request: Request) -> Bell:
+    bell: Bell = request.app.state.bell
+    return bell
+
+
+TheRecord = Annotated[Record, Depends(_record)]
+TheBell = Annotated[Bell, Depends(_bell)]
+
+
+def json_body(request: Request) -> None:
+    """Refuse a body that does not say that it is JSON."""
+    _require(request, "application/json")
+
+
+def multipart_body(request: Request) -> None:
+    """Refuse a body that does not say that it is a multipart form."""
+    _require(request, "multipart/form-data")
+
+
+def _require(request: Request, media_type: str) -> None:
+    given = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    if given != media_type:
+        raise HTTPException(415, f"send this request as {media_type}", {"Accept": media_type})
+
+
+def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """Return the OpenAPI responses of a route with these problems; any route may answer 500 and 503."""
+    return {
+        status: {"model": Problem, "description": STATUS_NAMES[status].replace("-", " ").capitalize()}
+        for status in (*statuses, 500, 503)
+    }

@@ -1,0 +1,72 @@
+"""The contract: ``python -m service.openapi`` writes openapi/openapi.json, ``--check`` compares it."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from fastapi import FastAPI
+
+from service.problems import MEDIA_TYPE
+
+CONTRACT = Path(__file__).parent.parent / "openapi" / "openapi.json"
+
+_FIRST_ERROR = 400
+_FRAMEWORK_ERROR = {"$ref": "#/components/schemas/HTTPValidationError"}
+
+
+def describe(app: FastAPI) -> None:
+    """Let an application's OpenAPI document say that problems are application/problem+json."""
+    original = app.openapi
+
+    def openapi() -> dict[str, Any]:
+        if app.openapi_schema is None:
+            _name_problems(original())
+        return original()
+
+    app.openapi = openapi  # type: ignore[method-assign]
+
+
+def text(app: FastAPI) -> str:
+    """Return the contract of an application as it is committed."""
+    return json.dumps(app.openapi(), indent=2, sort_keys=True, ensure_ascii=False) + "\n"
+
+
+def _name_problems(document: dict[str, Any]) -> None:
+    for operation in (operation for path in document["paths"].values() for operation in path.values()):
+        responses = operation["responses"]
+        for status in [status for status in responses if int(status) >= _FIRST_ERROR]:
+            schema = responses[status]["content"]["application/json"]["schema"]
+            if (
+                schema == _FRAMEWORK_ERROR
+            ):  # added to any route with a parameter, also where none can be wrong
+                del responses[status]
+            else:
+                responses[status]["content"] = {MEDIA_TYPE: {"schema": schema}}
+    for name in ("HTTPValidationError", "ValidationError"):
+        document["components"]["schemas"].pop(name, None)
+
+
+def main() -> int:
+    """Write or check the committed contract; return the exit status."""
+    from service.app import create_app  # noqa: PLC0415 - app.py imports this module
+    from store.settings import Settings  # noqa: PLC0415
+
+    parser = argparse.ArgumentParser(description="Write openapi/openapi.json, or check that it is current.")
+    parser.add_argument("--check", action="store_true", help="compare only; exit status 1 when it differs")
+    current = text(create_app(Settings()))
+    if not parser.parse_args().check:
+        CONTRACT.parent.mkdir(exist_ok=True)
+        CONTRACT.write_text(current, encoding="utf-8")
+        return 0
+    if CONTRACT.exists() and CONTRACT.read_text(encoding="utf-8") == current:
+        return 0
+    sys.stderr.write("openapi/openapi.json is not current; run: python -m service.openapi\n")
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,224 @@
+"""Stages: sending stereo pairs, and the pictures and results of each."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import structlog
+from fastapi import APIRouter, Depends, Form, Header, Response
+from pydantic import Field
+
+from service.dependencies import TheBell, TheRecord, multipart_body, problems
+from service.jobs import JobDocument
+from service.problems import InvalidInputError
+from service.results import FeaturesDocument, FlagDocument, TriadDocument, TriadsDocument, object_space
+from service.schema import Identifier, Limit, Listing, Offset, Schema, StageName, Timestamp
+from service.uploads import StageForm, read_pair, require_calibrated_sizes
+from store import calibrations, images, stages, surgeries
+from store.bell import Bell
+from store.clock import utc_now
+from store.errors import NotFoundError
+from store.tables import Image, JobState, Stage
+
+router = APIRouter(prefix="/v1/surgeries/{surgery_id}/stages", tags=["stages"])
+_log = structlog.get_logger("service")
+
+Side = Literal["left", "right"]
+
+
+class ImageDocument(Schema):
+    """A picture as it was sent."""
+
+    sha256: Annotated[str, Field(description="SHA-256 of the file, hexadecimal.")]
+    media_type: Annotated[str, Field(examples=["image/png"])]
+    width_px: int
+    height_px: int
+    size_bytes: int
+
+    @classmethod
+    def of(cls, row: Image) -> ImageDocument:
+        """Return the document of a row."""
+        return cls(
+            sha256=row.sha256,
+            media_type=row.media_type,
+            width_px=row.width,
+            height_px=row.height,
+            size_bytes=row.size_bytes,
+        )
+
+
+class PairDocument(Schema):
+    """Both pictures."""
+
+    left: ImageDocument
+    right: ImageDocument
+
+
+class CountsDocument(Schema):
+    """How many features were found in each view."""
+
+    left: int
+    right: int
+
+
+class StageDocument(Schema):
+    """One take of a stage; what was measured is null until the job has succeeded."""
+
+    id: Identifier
+    surgery_id: Identifier
+    name: StageName
+    take: Annotated[int, Field(ge=1, description="Counts the takes of this name; results are of the latest.")]
+    calibration_id: Identifier
+    captured_at: Timestamp | None
+    created_at: Timestamp
+    images: PairDocument
+    state: JobState
+    job: JobDocument
+    features: Annotated[CountsDocument | None, Field(description="Counts of features.")]
+    triads: Annotated[int | None, Field(description="Count of triads.")]
+    flags: list[FlagDocument] | None
+    version: Annotated[str | None, Field(description="The version of Spinewatch that measured it.")]
+
+    @classmethod
+    def of(cls, stage: Stage) -> StageDocument:
+        """Return the document of a row with its pictures, job and measurement."""
+        measured = stage.measurement
+        counts = {} if measured is None else {row.side: row.count for row in measured.features}
+        return cls(
+            id=stage.id,
+            surgery_id=stage.surgery_id,
+            name=stage.name,
+            take=stage.take,
+            calibration_id=stage.calibration_id,
+            captured_at=stage.captured_at,
+            created_at=stage.created_at,
+            images=PairDocument(left=ImageDocument.of(stage.left), right=ImageDocument.of(stage.right)),
+            state=stage.job.state,
+            job=JobDocument.of(stage.job, stage),
+            features=CountsDocument(**counts) if counts else None,
+            triads=None if measured is None else len(measured.triads),
+            flags=None if measured is None else [FlagDocument(**flag) for flag in measured.flags],
+            version=None if measured is None else measured.version,
+        )
+
+
+@router.post(
+    "",
+    status_code=202,
+    dependencies=[Depends(multipart_body)],
+    responses={
+        202: {"headers": {"Location": {"description": "The job.", "schema": {"type": "string"}}}},
+        **problems(400, 404, 409, 413, 415, 422),
+    },
+)
+def submit_stage(
+    surgery_id: str,
+    form: Annotated[StageForm, Form(media_type="multipart/form-data")],
+    record: TheRecord,
+    bell: TheBell,
+    response: Response,
+) -> StageDocument:
+    """Send a stereo pair to be measured; everything is stored, or nothing.
+
+    A name in use is refused, unless its latest job failed or was cancelled: then this is its next take.
+    """
+    left, right = read_pair(form)
+    with record.writing() as session:
+        surgery = surgeries.get(session, surgery_id)
+        try:
+            calibration = calibrations.get(session, form.calibration_id)
+        except NotFoundError as error:
+            raise InvalidInputError("calibration_id", error) from error
+        require_calibrated_sizes(left, right, calibration)
+        new = stages.NewStage(form.name, left, right, form.captured_at)
+        stage = stages.submit(session, surgery, calibration, new, utc_now())
+    _ring(bell, stage.job.id)
+    response.headers["Location"] = f"/v1/jobs/{stage.job.id}"
+    return StageDocument.of(stage)
+
+
+@router.get("", responses=problems(404, 422))
+def list_stages(
+    surgery_id: str, record: TheRecord, limit: Limit = 50, offset: Offset = 0
+) -> Listing[StageDocument]:
+    """List every take of a surgery's stages, oldest first."""
+    with record.reading() as session:
+        surgeries.get(session, surgery_id)
+        page = stages.listed(session, surgery_id, limit, offset)
+    items = [StageDocument.of(stage) for stage in page.items]
+    return Listing(items=items, total=page.total, limit=limit, offset=offset)
+
+
+@router.get("/{name}", responses=problems(404))
+def get_stage(surgery_id: str, name: str, record: TheRecord) -> StageDocument:
+    """Show the latest take of a stage."""
+    with record.reading() as session:
+        return StageDocument.of(stages.get(session, surgery_id, name))
+
+
+@router.get("/{name}/triads", responses=problems(404, 409))
+def get_triads(surgery_id: str, name: str, record: TheRecord) -> TriadsDocument:
+    """Show the triads of a measured stage in label order, those without a label last."""
+    with record.reading() as session:
+        stage, measured = stages.measurement(session, surgery_id, name)
+    return TriadsDocument(
+        surgery_id=surgery_id,
+        stage=stage.name,
+        take=stage.take,
+        frame=object_space(stage),
+        triads=[TriadDocument.of(triad) for triad in measured.triads],
+        flags=[FlagDocument(**flag) for flag in measured.flags],
+        parameters=measured.parameters,
+        version=measured.version,
+    )
+
+
+@router.get("/{name}/features", responses=problems(404, 409))
+def get_features(surgery_id: str, name: str, record: TheRecord) -> FeaturesDocument:
+    """Show the possible ball centres of a measured stage, best score first."""
+    with record.reading() as session:
+        stage, measured = stages.measurement(session, surgery_id, name)
+        points = stages.features(session, stage.id)
+    return FeaturesDocument.model_validate(
+        {
+            "surgery_id": surgery_id,
+            "stage": stage.name,
+            "take": stage.take,
+            "fields": measured.fields,
+            "exposure": measured.exposure,
+            "features": points,
+        }
+    )
+
+
+@router.get(
+    "/{name}/images/{side}",
+    response_class=Response,
+    responses={
+        200: {"content": {"image/*": {"schema": {"type": "string", "format": "binary"}}}},
+        304: {"description": "The picture is the one in If-None-Match."},
+        **problems(404, 422),
+    },
+)
+def get_image(
+    surgery_id: str,
+    name: str,
+    side: Side,
+    record: TheRecord,
+    if_none_match: Annotated[str | None, Header()] = None,
+) -> Response:
+    """Return the original file; its ETag is its SHA-256."""
+    with record.reading() as session:
+        stage = stages.get(session, surgery_id, name)
+        image = stage.left if side == "left" else stage.right
+        headers = {"ETag": f'"{image.sha256}"', "X-Content-Type-Options": "nosniff"}
+        if if_none_match and image.sha256 in if_none_match:
+            return Response(status_code=304, headers=headers)
+        return Response(images.content(session, image.sha256), media_type=image.media_type, headers=headers)
+
+
+def _ring(bell: Bell, job_id: str) -> None:
+    try:
+        bell.ring(job_id)
+    except Exception:  # the stage is stored, and the workers' sweep rings again
+        _log.warning("bell_not_rung", job_id=job_id, exc_info=True)

@@ -1,0 +1,198 @@
+"""A real service for black-box tests: server and workers as processes, record and bell in a folder."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import sqlite3
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+from uuid import uuid4
+
+import httpx
+
+from migrations.history import upgrade
+
+SAMPLE = Path(__file__).parents[2] / "samples" / "D1"
+RIG = json.loads((SAMPLE / "rig.json").read_text())
+VERTEBRAE = ["L1", "T11", "T9", "T7"]
+FINAL = {"succeeded", "failed", "cancelled"}
+PATIENCE_S = 40.0
+
+Pair = tuple[bytes, bytes]
+
+
+def pair(stage: str) -> Pair:
+    return tuple((SAMPLE / stage / f"{side}.png").read_bytes() for side in ("left", "right"))  # type: ignore[return-value]
+
+
+def wait_for(condition: Callable[[], Any], what: str, every_s: float = 0.02) -> Any:
+    end = time.monotonic() + PATIENCE_S
+    while time.monotonic() < end:
+        value = condition()
+        if value:
+            return value
+        time.sleep(every_s)
+    raise AssertionError(f"waited too long for {what}")
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+class Service:
+    """The server, and as many workers as a test starts; ``client`` talks to it."""
+
+    def __init__(self, folder: Path, **settings: str) -> None:
+        self.database = folder / "record.sqlite"
+        self.bell = folder / "record-bell.sqlite"
+        self.log = folder / "log.txt"
+        self.port = free_port()
+        self.environment = {
+            "SPINEWATCH_DATABASE_URL": f"sqlite:///{self.database}",
+            "SPINEWATCH_PORT": str(self.port),
+            "OPENBLAS_NUM_THREADS": "1",
+            **settings,
+        }
+        self.client = httpx.Client(base_url=f"http://127.0.0.1:{self.port}", timeout=30, trust_env=False)
+        self._processes: list[subprocess.Popen[bytes]] = []
+
+    def __enter__(self) -> Service:
+        upgrade(self.environment["SPINEWATCH_DATABASE_URL"])
+        self.start("serve")
+        wait_for(self.ready, "the service")
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.client.close()
+        for process in self._processes:
+            if process.poll() is None:
+                process.send_signal(signal.SIGCONT)
+                process.terminate()
+        for process in self._processes:
+            try:
+                process.wait(10)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+    def start(self, command: str, **settings: str) -> subprocess.Popen[bytes]:
+        with self.log.open("ab") as log:
+            process = subprocess.Popen(
+                [sys.executable, "-m", "commands", command],
+                env={**os.environ, **self.environment, **settings},
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=log,
+            )
+        self._processes.append(process)
+        return process
+
+    def kill_workers(self) -> None:
+        server, *workers = self._processes
+        for process in workers:
+            process.kill()
+            process.wait()
+        self._processes = [server]
+
+    def logged(self, *words: str) -> bool:
+        return any(all(word in line for word in words) for line in self.log.read_text().splitlines())
+
+    def ready(self) -> bool:
+        try:
+            return self.client.get("/v1/health").status_code == 200
+        except httpx.TransportError:
+            return False
+
+    def calibration(self, rig: dict[str, Any] = RIG) -> str:
+        answer = self.client.post("/v1/calibrations", json=rig)
+        assert answer.status_code == 201, answer.text
+        return str(answer.json()["id"])
+
+    def surgery(self) -> str:
+        body = {
+            "reference": f"case-{uuid4().hex[:8]}",
+            "vertebrae": VERTEBRAE,
+            "reference_vertebra": "L1",
+            "spine_axis": "x",
+        }
+        answer = self.client.post("/v1/surgeries", json=body)
+        assert answer.status_code == 201, answer.text
+        return str(answer.json()["id"])
+
+    def send(
+        self, surgery: str, name: str, images: Pair, calibration: str, captured_at: str | None = None
+    ) -> httpx.Response:
+        fields = {"name": name, "calibration_id": calibration}
+        if captured_at is not None:
+            fields["captured_at"] = captured_at
+        files = {"left": ("left", images[0]), "right": ("right", images[1])}
+        return self.client.post(f"/v1/surgeries/{surgery}/stages", data=fields, files=files)
+
+    def submit(self, surgery: str, name: str, images: Pair, calibration: str) -> str:
+        answer = self.send(surgery, name, images, calibration)
+        assert answer.status_code == 202, answer.text
+        return answer.headers["Location"].removeprefix("/v1/jobs/")
+
+    def job(self, job_id: str) -> dict[str, Any]:
+        answer = self.client.get(f"/v1/jobs/{job_id}")
+        assert answer.status_code == 200, answer.text
+        document: dict[str, Any] = answer.json()
+        return document
+
+    def started(self, job_id: str) -> None:
+        wait_for(lambda: self.job(job_id)["state"] != "queued", "the job to start", 0.005)
+
+    def finished(self, job_id: str) -> dict[str, Any]:
+        def final() -> dict[str, Any] | None:
+            job = self.job(job_id)
+            return job if job["state"] in FINAL else None
+
+        job: dict[str, Any] = wait_for(final, "the job to end")
+        return job
+
+    def sql(self, query: str, *values: Any) -> list[tuple[Any, ...]]:
+        connection = sqlite3.connect(self.database, timeout=10)
+        try:
+            return connection.execute(query, values).fetchall()
+        finally:
+            connection.close()
+
+    def write_lock_is_free(self) -> bool:
+        connection = sqlite3.connect(self.database, timeout=0.2, isolation_level=None)
+        try:
+            connection.execute("BEGIN IMMEDIATE")
+            connection.execute("ROLLBACK")
+        except sqlite3.OperationalError:
+            return False
+        finally:
+            connection.close()
+        return True
+
+
+def problem_of(answer: httpx.Response, status: int) -> dict[str, Any]:
+    """Return the problem in an answer after checking that it is one."""
+    assert answer.status_code == status, answer.text
+    assert answer.headers["content-type"] == "application/problem+json"
+    document: dict[str, Any] = answer.json()
+    assert document["status"] == status
+    assert document["type"].startswith("urn:spinewatch:problem:")
+    assert document["title"]
+    assert document["detail"]
+    assert '"input"' not in answer.text
+    return document
+
+
+def code_of(answer: httpx.Response, status: int) -> str:
+    return str(problem_of(answer, status)["type"]).removeprefix("urn:spinewatch:problem:")

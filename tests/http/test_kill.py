@@ -1,0 +1,127 @@
+"""A worker killed or stopped in the middle of a job loses nothing and doubles nothing."""
+
+import os
+import signal
+import sqlite3
+import subprocess
+import time
+from collections.abc import Iterator
+
+import pytest
+
+from tests.http.harness import Service, pair, wait_for
+
+Process = subprocess.Popen[bytes]
+
+
+@pytest.fixture(scope="module")
+def service(idle: Service) -> Service:
+    return idle
+
+
+@pytest.fixture(autouse=True)
+def no_worker_stays(service: Service) -> Iterator[None]:
+    yield
+    service.kill_workers()
+
+
+def stop_mid_job(service: Service, worker: Process, surgery: str, calibration: str) -> str:
+    """Submit stages until the worker is stopped (SIGSTOP) with a job in hand; return that job's id.
+
+    A worker that happens to be stopped while it writes would keep everybody from the record; it goes on then.
+    """
+    for number in range(50):
+        job = service.submit(surgery, f"S{number}", pair("PRE"), calibration)
+        service.started(job)
+        os.kill(worker.pid, signal.SIGSTOP)
+        if service.write_lock_is_free() and service.job(job)["state"] == "running":
+            return job
+        os.kill(worker.pid, signal.SIGCONT)
+        service.finished(job)
+    raise AssertionError("no job was caught running")
+
+
+def assert_measured_once(service: Service, job: str) -> None:
+    (stage,) = service.sql("SELECT stage_id FROM jobs WHERE id = ?", job)
+    counts = {
+        table: service.sql(f"SELECT count(*) FROM {table} WHERE stage_id = ?", *stage)[0][0]  # noqa: S608
+        for table in ("measurements", "features", "triads")
+    }
+    assert counts == {"measurements": 1, "features": 2, "triads": 4}
+    happened = service.sql(
+        "SELECT action FROM changes WHERE subject_id IN (?, ?) ORDER BY seq", job, stage[0]
+    )
+    assert [action for (action,) in happened] == [
+        "http:stage:submitted",
+        "worker:job:started",
+        "worker:job:started",
+        "worker:stage:measured",
+    ]
+
+
+def test_a_killed_worker_s_job_is_done_by_another_once(
+    service: Service, surgery: str, calibration: str
+) -> None:
+    victim = service.start("worker")
+    job = stop_mid_job(service, victim, surgery, calibration)
+    other = service.start("worker")
+    wait_for(lambda: service.logged("worker_ready", f"pid={other.pid}"), "the other worker")
+    victim.kill()
+    killed = time.monotonic()
+    done = service.finished(job)
+    assert time.monotonic() - killed < 15  # the promise of docs/operations.md
+    assert (done["state"], done["attempts"]) == ("succeeded", 2)
+    assert_measured_once(service, job)
+
+
+def test_a_revived_worker_changes_nothing(service: Service, surgery: str, calibration: str) -> None:
+    sleeper = service.start("worker", SPINEWATCH_LEASE_SECONDS="1")
+    job = stop_mid_job(service, sleeper, surgery, calibration)
+    other = service.start("worker")
+    done = service.finished(job)
+    assert (done["state"], done["attempts"]) == ("succeeded", 2)
+    os.kill(sleeper.pid, signal.SIGCONT)
+    wait_for(lambda: service.logged("lease_lost", job), "the revived worker to notice")
+    assert service.job(job) == done
+    assert_measured_once(service, job)
+
+    other.terminate()
+    other.wait(10)
+    again = service.submit(surgery, "after", pair("POST"), calibration)
+    assert service.finished(again)["state"] == "succeeded"  # the revived worker works on
+
+
+def test_a_cancelled_job_that_was_running_leaves_no_result(
+    service: Service, surgery: str, calibration: str
+) -> None:
+    worker = service.start("worker")
+    job = stop_mid_job(service, worker, surgery, calibration)
+    service.client.post(f"/v1/jobs/{job}/cancel")
+    os.kill(worker.pid, signal.SIGCONT)
+    wait_for(lambda: service.logged("lease_lost", job), "the worker to notice")
+    assert service.job(job)["state"] == "cancelled"
+    (stage,) = service.sql("SELECT stage_id FROM jobs WHERE id = ?", job)
+    assert service.sql("SELECT count(*) FROM measurements WHERE stage_id = ?", *stage) == [(0,)]
+
+
+def test_a_worker_told_to_stop_gives_its_job_back_or_ends_it(
+    service: Service, surgery: str, calibration: str
+) -> None:
+    worker = service.start("worker")
+    jobs = [service.submit(surgery, f"S{n}", pair("PRE"), calibration) for n in range(3)]
+    service.started(jobs[0])
+    worker.terminate()
+    assert worker.wait(10) == 0
+    assert all(service.job(job)["state"] in {"queued", "succeeded"} for job in jobs)
+    service.start("worker")
+    assert {service.finished(job)["state"] for job in jobs} == {"succeeded"}
+    assert all(service.job(job)["attempts"] == 1 for job in jobs)
+
+
+def test_jobs_are_found_without_a_bell(service: Service, surgery: str, calibration: str) -> None:
+    jobs = [service.submit(surgery, f"S{n}", pair("PRE"), calibration) for n in range(2)]
+    with sqlite3.connect(service.bell) as bell:
+        assert bell.execute("DELETE FROM task").rowcount == 2
+    bell.close()
+    service.start("worker")
+    assert {service.finished(job)["state"] for job in jobs} == {"succeeded"}
