@@ -1,0 +1,39 @@
+"""``spinewatch serve``: the HTTP API alone."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import Annotated
+
+import typer
+
+from commands.configuration import load_settings, require_record, start_log
+
+
+def serve(
+    host: Annotated[str | None, typer.Option(help="Address to listen on.")] = None,
+    port: Annotated[int | None, typer.Option(help="Port to listen on.")] = None,
+) -> None:
+    """Serve the HTTP API; it needs `spinewatch worker` beside it to get anything measured."""
+    settings = load_settings(host=host, port=port)
+    require_record(settings)
+    start_log(settings)
+    import uvicorn  # noqa: PLC0415 - --help and a refusal can do without
+
+    from service.app import create_app  # noqa: PLC0415
+
+    server = uvicorn.Server(
+        uvicorn.Config(
+            create_app(settings),
+            host=settings.host,
+            port=settings.port,
+            log_config=None,
+            access_log=False,
+            server_header=False,
+            timeout_graceful_shutdown=3,
+        )
+    )
+    with suppress(KeyboardInterrupt):  # it has shut down in good order by then
+        server.run()
+    if not server.started:
+        raise typer.Exit(1)

@@ -1,0 +1,154 @@
+"""`spinewatch sample`: the sample surgery over HTTP against a real service and real workers."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import httpx
+import pytest
+
+from commands.local_service import free_port
+from commands.report import print_motion, print_triads
+
+PROJECT = Path(__file__).parents[2]
+SAMPLES = PROJECT / "samples"
+
+
+def command(folder: Path, *options: object) -> list[str]:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    base = [sys.executable, "-m", "commands", "sample", "--data-dir", folder / "var"]
+    return [*map(str, base), *(["--port", str(port)] if "--port" not in options else []), *map(str, options)]
+
+
+def run(folder: Path, *options: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        command(folder, *options), capture_output=True, text=True, check=False, cwd=PROJECT, timeout=90
+    )
+
+
+@contextmanager
+def serving(folder: Path, *options: object) -> Iterator[str]:
+    """Run the sample without --exit and yield the address that it names; stop it in the end."""
+    process = subprocess.Popen(command(folder, *options), stdout=subprocess.PIPE, text=True, cwd=PROJECT)
+    assert process.stdout is not None
+    with process:
+        try:
+            lines = (re.match(r"Serving at (\S+)", line) for line in process.stdout)
+            address = next((found[1] for found in lines if found), None)
+            assert address, "the sample ended without serving"
+            yield address
+        finally:
+            process.send_signal(signal.SIGTERM)
+            process.wait(30)
+
+
+def test_exit_prints_tables_and_stops_everything(tmp_path: Path) -> None:
+    done = run(tmp_path, "--exit")
+    assert done.returncode == 0, done.stdout + done.stderr
+    out = done.stdout
+    for stage in ("PRE", "INTER", "POST"):
+        assert f"{stage}: succeeded" in out
+        for vertebra in ("L1", "T11", "T9", "T7"):
+            assert re.search(rf"^{stage}\s+{vertebra}\s+[\d.]+±[\d.]+", out, re.M)
+    assert "Motion from PRE to INTER" in out
+    assert re.search(r"^T7 .*±", out, re.M)
+    assert "in object space of calibration dev_large" in out
+    assert "reference triad L1" in out
+    url = re.search(r"Surgery:\s+(http://127\.0\.0\.1:\d+)/v1/surgeries/[0-9a-f-]{36}", out)
+    assert url
+    with pytest.raises(httpx.ConnectError):
+        httpx.get(f"{url[1]}/v1/health")
+
+
+def test_keeps_serving_beside_another_program_until_it_is_stopped(tmp_path: Path) -> None:
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        taken = other.getsockname()[1]
+        with serving(tmp_path, "--port", taken) as url:
+            assert not url.endswith(f":{taken}")
+            assert httpx.get(f"{url}/v1/health").is_success
+            assert "SAMPLE-D1" in httpx.get(f"{url}/v1/surgeries").text
+            again = run(tmp_path, "--url", url)
+            broken = run(tmp_path, "--url", url, "--samples", broken_samples(tmp_path))
+    assert again.returncode == 0, again.stderr
+    assert broken.returncode == 1
+    assert "INTER: failed" in broken.stdout
+    assert "damaged or incomplete" in broken.stdout
+    assert "no motion from PRE to INTER" in broken.stdout
+    assert "Motion from PRE to POST" in broken.stdout
+    with pytest.raises(httpx.ConnectError):
+        httpx.get(f"{url}/v1/health")
+
+
+def broken_samples(folder: Path) -> Path:
+    """Return a copy of the samples in which one picture ends too early."""
+    samples = folder / "samples"
+    shutil.copytree(SAMPLES, samples)
+    picture = samples / "D1" / "INTER" / "left.png"
+    picture.write_bytes(picture.read_bytes()[:80_000])
+    return samples
+
+
+def test_unreachable_service_is_one_line(tmp_path: Path) -> None:
+    done = run(tmp_path, "--url", "http://127.0.0.1:9")
+    assert done.returncode == 2
+    assert done.stderr.startswith("spinewatch: no answer from http://127.0.0.1:9")
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_missing_sample_is_one_line(tmp_path: Path) -> None:
+    done = run(tmp_path, "--samples", tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "no sample surgery" in done.stderr
+
+
+def test_service_that_cannot_start_says_why(tmp_path: Path) -> None:
+    (tmp_path / "var").mkdir()
+    (tmp_path / "var" / "spinewatch.sqlite").write_bytes(b"not a database, but longer than its header" * 20)
+    done = run(tmp_path, "--exit")
+    assert done.returncode == 2
+    assert "the service did not start" in done.stderr
+
+
+def test_free_port_skips_what_is_taken() -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        assert free_port(port) > port
+
+
+def test_tables_name_unlabelled_triads_and_missing_motion(capsys: pytest.CaptureFixture[str]) -> None:
+    triad = {
+        "label": None,
+        "position_mm": [1, 2, 3],
+        "position_sd_mm": [0.1, 0.2, 0.3],
+        "angles_deg": [90, 91, 5],
+        "rotation_sd_deg": [1, 2, 0.5],
+        "error_mm": 0.25,
+    }
+    print_triads({"PRE": {"frame": "object space of calibration c", "triads": [triad]}})
+    motion = {
+        "from": {"name": "PRE"},
+        "to": {"name": "POST"},
+        "frame": "reference triad L1",
+        "vertebrae": [],
+        "missing": [{"vertebra": "T9", "reason": "no triad is labelled T9 in POST"}],
+    }
+    print_motion(motion)
+    out = capsys.readouterr().out
+    assert re.search(
+        r"PRE\s+\?\s+1\.00±0\.10\s+2\.00±0\.20\s+3\.00±0\.30\s+90\.0\s+91\.0\s+5\.0\s+±2\.0\s+0\.25", out
+    )
+    assert "T9: no triad is labelled T9 in POST" in out
