@@ -1,0 +1,144 @@
+"""The benchmark's own figures, on made-up measurements whose score is known."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bench import accuracy, scenes, speed
+from bench.scoring import honesty, score_motion, score_stage, summary
+from bench.truth import SIDES, Scene, TrueTriad, find_scenes, read_surgery
+from spinewatch.detection.detector import Detection
+from spinewatch.detection.preprocess import Exposure
+from spinewatch.detection.surgical_field import SurgicalField
+from spinewatch.features import Features
+from spinewatch.pipeline import StageMeasurement
+from spinewatch.triads.labels import LabelledTriad
+from spinewatch.triads.pose import Ball, MeasuredTriad, Pose, rotation_from_vector
+
+SAMPLES = Path(__file__).parents[2] / "samples"
+EYE = np.diag([0.01] * 3 + [1.0] * 3)
+
+
+def sample(stage: str) -> Scene:
+    return next(scene for scene in find_scenes(SAMPLES) if scene.folder.name == stage)
+
+
+def measured(
+    truth: TrueTriad, shift_mm: float = 0, turn_deg: float = 0, label: str | None = ""
+) -> LabelledTriad:
+    balls = {
+        name: Ball(np.zeros(3), np.eye(3), views["left"], views["right"], 0.0)
+        for name, views in truth.centre_px.items()
+    }
+    turn = rotation_from_vector(np.radians([0.0, 0.0, turn_deg]))
+    pose = Pose(truth.position_mm + np.array([shift_mm, 0, 0]), turn @ truth.rotation, EYE)
+    name = truth.vertebra if label == "" else label
+    return LabelledTriad(name, None, MeasuredTriad("flat", balls, pose, 0.1))
+
+
+def stage(scene: Scene, triads: Sequence[LabelledTriad]) -> StageMeasurement:
+    def view(side: str) -> Detection:
+        centres = [triad.centre_px[ball][side] for triad in scene.triads for ball in triad.seen[side]]
+        features = Features.with_sigma(np.array(centres)[1:], np.ones(len(centres) - 1), 0.1)
+        return Detection(features, SurgicalField(0, 0, 568, 416), Exposure.NORMAL, ())
+
+    return StageMeasurement(view("left"), view("right"), tuple(triads), ())
+
+
+def test_sample_truth_agrees_with_its_cameras() -> None:
+    for scene in find_scenes(SAMPLES):
+        for triad in scene.triads:
+            legs = {"XX": [18, 0, 0], "YY": [0, -14, 0], "MX": [-10, 0, 0]}
+            for ball, leg in legs.items():
+                centre = triad.position_mm + triad.rotation @ leg
+                for side in SIDES:
+                    camera = scene.rig.left if side == "left" else scene.rig.right
+                    np.testing.assert_allclose(camera.project(centre), triad.centre_px[ball][side], atol=1e-6)
+
+
+def test_found_missed_mislabelled_and_false() -> None:
+    scene = sample("PRE")
+    a, b, c, d = scene.triads
+    far = replace(d, position_mm=d.position_mm + np.array([0, 0, 50]))
+    triads = [measured(a), measured(b, shift_mm=3), measured(c, label=None), measured(far, label="T7")]
+    score = score_stage(scene, stage(scene, triads), 12.0)
+    assert [match.found for match in score.matches] == [True, False, False, False]
+    assert [match.labelled_right for match in score.matches] == [True, True, False, False]
+    assert score.false == 1
+    figures = summary([score], [])
+    assert (figures["found"], figures["visible"], figures["mislabelled"], figures["false"]) == (1, 4, 1, 1)
+    assert figures["feature_recall"] == pytest.approx(11 / 12)
+    assert figures["ms_median"] == 12.0
+
+
+def test_errors_are_in_mm_and_degrees_and_weighed_by_the_covariance() -> None:
+    scene = sample("PRE")
+    score = score_stage(
+        scene, stage(scene, [measured(t, shift_mm=0.2, turn_deg=2) for t in scene.triads]), 1.0
+    )
+    figures = summary([score], [])
+    assert figures["P_rms_mm"] == pytest.approx(0.2)
+    assert figures["rot_rms_deg"] == pytest.approx(2)
+    for match in score.matches:
+        assert match.surprise == pytest.approx((4.0, 4.0))
+
+
+def test_exact_poses_reproduce_the_true_motion() -> None:
+    surgery = read_surgery(SAMPLES / "D1")
+    assert surgery is not None
+    stages = {}
+    for name in ("PRE", "INTER", "POST"):
+        scene = sample(name)
+        stages[name] = score_stage(scene, stage(scene, [measured(t) for t in scene.triads]), 1.0)
+    motions = score_motion(stages, surgery)
+    assert len(motions) == 6
+    assert max(motion.translation_mm for motion in motions) < 1e-6
+    assert max(np.abs(motion.rotation_deg).max() for motion in motions) < 1e-6
+
+
+def test_honest_deviations_score_one() -> None:
+    errors = np.random.default_rng(0).normal(size=(20_000, 3))
+    right, small = honesty((errors**2).sum(axis=1)), honesty((errors**2).sum(axis=1) * 4)
+    assert right["mean"] == pytest.approx(1, abs=0.03)
+    assert right["median"] == pytest.approx(1, abs=0.03)
+    assert right["within95_pct"] == pytest.approx(95, abs=1)
+    assert small["mean"] == pytest.approx(4, abs=0.1)
+    assert small["within95_pct"] < 70
+
+
+def test_scenes_check_passes_on_the_sample(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert scenes.main([str(SAMPLES), "--check", "--json", str(tmp_path / "figures.json")]) == 0
+    out = capsys.readouterr().out
+    assert "D1/INTER" in out
+    assert "MISSED" not in out
+    figures = json.loads((tmp_path / "figures.json").read_text())["all"]
+    assert (figures["found"], figures["visible"], figures["false"]) == (12, 12, 0)
+    assert figures["partial"] == 0
+
+
+def test_scenes_without_truth_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(SystemExit) as stop:
+        scenes.main([str(tmp_path)])
+    assert stop.value.code == 2
+
+
+def test_speed_prints_both_contenders(capsys: pytest.CaptureFixture[str]) -> None:
+    assert speed.main(["--runs", "2"]) == 0
+    out = capsys.readouterr().out
+    assert "the whole pipeline" in out
+    assert "masked matchTemplate" in out
+
+
+def test_accuracy_document_holds_every_table(tmp_path: Path) -> None:
+    page = tmp_path / "accuracy.md"
+    accuracy.main([str(SAMPLES), "--out", str(page), "--runs", "2"])
+    text = page.read_text()
+    for title in ("Pairs", "Summary", "Stated uncertainty", "Bars", "One pair of 568 x 416", "Steps"):
+        assert f"**{title}" in text
+    assert "| D1/POST | normal |" in text
