@@ -13,14 +13,16 @@ from spinewatch.camera import Camera, Rig
 from spinewatch.correspondence.candidates import range_limits_mm
 from spinewatch.detection.centres import CentreParameters, View, refine_centres
 from spinewatch.detection.detector import Detection, DetectionParameters, detect
-from spinewatch.detection.templates import TemplateSet, default_template_set
+from spinewatch.detection.templates import Side, TemplateSet, default_template_set
 from spinewatch.errors import ImageSizeError, ParameterError, SameImageError
 from spinewatch.flags import Flag
+from spinewatch.parallel import both
 from spinewatch.triads.choose import SpineAxis
 from spinewatch.triads.labels import LabelledTriad, LabelParameters, label_triads
 from spinewatch.triads.search import SearchParameters, match_triads
 
 Image = NDArray[np.uint8] | NDArray[np.uint16]
+SIDES: tuple[Side, Side] = ("left", "right")
 Progress = Callable[[str, float], None]
 """Called at the start of each step with its name and the fraction done before it, 0 to 1."""
 
@@ -92,23 +94,26 @@ def measure_stage(
         _check_size(side, image, camera)
     if left.shape == right.shape and np.array_equal(left, right):
         raise SameImageError("left and right are the same picture; send the pair that the two cameras took")
-    balls = nominal_ball_px(rig, parameters)
-    progress("detect left", 0.0)
-    left_found = detect(left, "left", balls[0], parameters.detection, templates)
-    progress("detect right", 0.25)
-    right_found = detect(right, "right", balls[1], parameters.detection, templates)
+    left_ball, right_ball = nominal_ball_px(rig, parameters)
+
+    def search(side: Side) -> Detection:
+        image, ball = (left, left_ball) if side == "left" else (right, right_ball)
+        return detect(image, side, ball, parameters.detection, templates)
+
+    progress("detect", 0.0)
+    left_found, right_found = both(search, *SIDES)
     progress("refine centres", 0.5)
     ranges = nominal_ranges_mm(rig, parameters)
     centres = refine_centres(
-        View(rig.left, left, left_found.features, balls[0], ranges[0]),
-        View(rig.right, right, right_found.features, balls[1], ranges[1]),
+        View(rig.left, left, left_found.features, left_ball, ranges[0]),
+        View(rig.right, right, right_found.features, right_ball, ranges[1]),
         parameters.ball_diameter_mm / 2,
         parameters.centres,
     )
     left_found = replace(left_found, features=centres.left)
     right_found = replace(right_found, features=centres.right)
     progress("match", 0.7)
-    search = match_triads(
+    matched = match_triads(
         centres.left,
         centres.right,
         rig,
@@ -118,11 +123,13 @@ def measure_stage(
         images=(left, right),
     )
     progress("label", 0.9)
-    labelled, label_flags = label_triads(search.triads, request.labels, request.spine_axis, parameters.labels)
+    labelled, label_flags = label_triads(
+        matched.triads, request.labels, request.spine_axis, parameters.labels
+    )
     flags = (
         *_of_side("left", left_found.flags),
         *_of_side("right", right_found.flags),
-        *search.flags,
+        *matched.flags,
         *label_flags,
     )
     return StageMeasurement(left_found, right_found, labelled, flags)

@@ -25,6 +25,7 @@ from spinewatch.detection.highlight import (
 from spinewatch.detection.outline import OutlineParameters, fit_outlines
 from spinewatch.detection.preprocess import reduce_image, to_gray
 from spinewatch.features import Features
+from spinewatch.parallel import both
 
 Float = NDArray[np.float64]
 Bool = NDArray[np.bool_]
@@ -48,7 +49,7 @@ class CentreParameters:
     ``agreement_sigma``: how far they may disagree about a whole view.
     """
 
-    refined: int = 60
+    refined: int = 40
     lens_px: float = 0.53
     outline: OutlineParameters = field(default_factory=OutlineParameters)
     highlight: HighlightParameters = field(default_factory=HighlightParameters)
@@ -107,7 +108,7 @@ def refine_centres(left: View, right: View, radius_mm: float, parameters: Centre
     Large images are reduced by a whole factor first, so that a ball is about nine pixels wide.
     """
     views = (left, right)
-    cues = [_measure_cues(view, parameters) for view in views]
+    cues = both(lambda view: _measure_cues(view, parameters), left, right)
     balls = [reflectors(v.camera, v.features.xy_px, v.range_mm, radius_mm) for v in views]
     lamp = _locate_lamp(cues, balls, (left.camera.centre + right.camera.centre) / 2, parameters)
     a, b = (
@@ -147,7 +148,7 @@ def _sure(score: Float, p: CentreParameters) -> Bool:
 
 
 def _locate_lamp(
-    views: list[_Cues], balls: list[Reflectors], middle_mm: Float, p: CentreParameters
+    views: tuple[_Cues, _Cues], balls: list[Reflectors], middle_mm: Float, p: CentreParameters
 ) -> Float | None:
     """Return the lamp (3,) whose highlights agree best with the outlines of both views."""
     known = [c.sure & c.present for c in views]

@@ -27,9 +27,9 @@ class OutlineParameters:
     blur_px: float = 0.6
     inner: float = 0.5
     outer: float = 1.2
-    harmonics: int = 5
-    iterations: int = 4
-    reach_px: float = 1.0
+    harmonics: int = 4
+    iterations: int = 3
+    reach_px: float = 0.8
     robust_sigma: float = 1.5
 
 
