@@ -21,7 +21,8 @@ class HighlightParameters:
 
     ``within``: a highlight is sought within this part of the radius. ``core``: pixels count that rise above
     this fraction of the highlight's height, within ``reach_radii`` of its top. ``least_contrast``: least height,
-    as a fraction of the contrast between ball and surroundings, and ``least_levels`` in gray levels.
+    as a fraction of the contrast between ball and surroundings; ``least_levels`` the same in gray levels, and
+    ``least_noise`` in standard deviations of the levels that surround it.
     """
 
     within: float = 0.7
@@ -29,6 +30,7 @@ class HighlightParameters:
     reach_radii: float = 0.5
     least_contrast: float = 0.12
     least_levels: float = 6.0
+    least_noise: float = 8.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,8 +73,21 @@ def find_highlights(
     xy = np.stack([(weight * u).sum(axis=1), (weight * v).sum(axis=1)], axis=1) / weight.sum(
         axis=1, keepdims=True
     )
-    present = height[:, 0] > np.maximum(p.least_levels, p.least_contrast * contrast)
+    least = np.maximum(
+        np.maximum(p.least_levels, p.least_contrast * contrast), p.least_noise * _noise(levels, inside)
+    )
+    present = height[:, 0] > least
     return Highlights(xy, present)
+
+
+def _noise(levels: NDArray[np.floating], inside: NDArray[np.bool_]) -> Float:
+    """Return the robust standard deviation (n,) of the levels (n, p) inside, which a small highlight hardly changes."""
+    half = (0.5 * inside.sum(axis=1)).astype(int)[:, None]
+
+    def median(values: NDArray[np.floating]) -> NDArray[np.floating]:
+        return np.take_along_axis(np.sort(np.where(inside, values, np.inf), axis=1), half, axis=1)
+
+    return np.asarray(1.4826 * median(np.abs(levels - median(levels))))[:, 0]
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,8 +28,8 @@ class OutlineParameters:
     inner: float = 0.5
     outer: float = 1.2
     harmonics: int = 4
-    iterations: int = 3
-    reach_px: float = 0.8
+    iterations: int = 4
+    reach_px: float = 1.2
     robust_sigma: float = 1.5
 
 
