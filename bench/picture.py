@@ -48,10 +48,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _draw(picture: NDArray[Any], camera: Camera, labelled: LabelledTriad) -> None:
-    pose = labelled.triad.pose
-    origin = camera.project(pose.position_mm)
     for ball in labelled.triad.balls.values():
-        cv2.circle(picture, _at(ball.left_px), 16, BALL, 2, cv2.LINE_AA)
+        if ball.left_px is not None:
+            cv2.circle(picture, _at(ball.left_px), 16, BALL, 2, cv2.LINE_AA)
+    pose = labelled.triad.pose
+    if pose is None:
+        return
+    origin = camera.project(pose.position_mm)
     for axis, colour in zip(pose.rotation.T, AXES, strict=True):
         tip = camera.project(pose.position_mm + AXIS_MM * axis)
         cv2.arrowedLine(picture, _at(origin), _at(tip), colour, 2, cv2.LINE_AA, tipLength=0.2)
@@ -64,7 +67,8 @@ def _draw(picture: NDArray[Any], camera: Camera, labelled: LabelledTriad) -> Non
 
 
 def _crop(picture: NDArray[Any], triads: Sequence[LabelledTriad]) -> NDArray[Any]:
-    balls = np.array([ball.left_px for labelled in triads for ball in labelled.triad.balls.values()])
+    every = [ball for labelled in triads for ball in labelled.triad.balls.values()]
+    balls = np.array([ball.left_px for ball in every if ball.left_px is not None])
     u0, v0 = np.maximum(0, balls.min(axis=0) - MARGIN_PX).astype(int) * MAGNIFY
     u1, v1 = (balls.max(axis=0) + MARGIN_PX).astype(int) * MAGNIFY
     return picture[v0:v1, u0:u1]

@@ -64,7 +64,9 @@ class StageScore:
     def poses(self) -> dict[str, Pose]:
         """Measured poses of the triads that carry their own label."""
         return {
-            m.truth.vertebra: m.measured.triad.pose for m in self.matches if m.measured and m.labelled_right
+            m.truth.vertebra: m.measured.triad.pose
+            for m in self.matches
+            if m.measured and m.measured.triad.pose and m.labelled_right
         }
 
 
@@ -78,8 +80,8 @@ class MotionError:
 
 
 def score_stage(scene: Scene, measurement: StageMeasurement, total_ms: float) -> StageScore:
-    """Match each true triad, in label order, with the nearest measured triad that is still free."""
-    free = list(measurement.triads)
+    """Match each true triad, in label order, with the nearest measured triad that has a pose and is still free."""
+    free = [found for found in measurement.triads if found.triad.pose is not None]
     matches = []
     for truth in scene.triads:
         match = _nearest(truth, free)
@@ -192,11 +194,11 @@ def rms(values: ArrayLike) -> float:
 def _nearest(truth: TrueTriad, free: list[LabelledTriad]) -> Match:
     if not free:
         return _missed(truth)
-    distance = [float(np.linalg.norm(t.triad.pose.position_mm - truth.position_mm)) for t in free]
+    distance = [float(np.linalg.norm(t.triad.place_mm - truth.position_mm)) for t in free]
     best = int(np.argmin(distance))
-    if distance[best] > GATE_MM:
-        return _missed(truth)
     pose = free[best].triad.pose
+    if pose is None or distance[best] > GATE_MM:
+        return _missed(truth)
     shift = truth.position_mm - pose.position_mm
     turn = np.degrees(
         vector_from_rotation(truth.rotation @ pose.rotation.T)
@@ -221,10 +223,11 @@ def _recall(scene: Scene, side: str, xy: Float) -> float:
 
 def _centre_errors(matches: list[Match], side: str) -> Float:
     errors = [
-        getattr(ball, f"{side}_px") - match.truth.centre_px[name][side]
+        image - match.truth.centre_px[name][side]
         for match in matches
         if match.measured is not None
         for name, ball in match.measured.triad.balls.items()
+        if (image := getattr(ball, f"{side}_px")) is not None
     ]
     return np.array(errors).reshape(-1, 2)
 

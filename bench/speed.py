@@ -87,7 +87,7 @@ def measure(runs: int) -> Outcome:
     scene = next(scene for scene in find_scenes(SAMPLES) if scene.folder.name == "PRE")
     left, right = (decode_image((scene.folder / f"{side}.png").read_bytes()) for side in ("left", "right"))
     request = StageRequest(labels=scene.labels, spine_axis=scene.spine_axis, triads=len(scene.labels))
-    templates = _templates(left)
+    templates = cut_templates(left)
     steps: dict[str, list[float]] = {}
 
     def pipeline() -> None:
@@ -97,30 +97,33 @@ def measure(runs: int) -> Outcome:
             steps.setdefault(step, []).append(ms)
 
     def peer() -> None:
-        _match((left, right), templates)
+        match_masked((left, right), templates)
 
     pipeline()
     peer()
     steps.clear()
-    times = [(_milliseconds(pipeline), _milliseconds(peer)) for _ in range(runs)]
+    times = [(milliseconds(pipeline), milliseconds(peer)) for _ in range(runs)]
     ours, theirs = zip(*times, strict=True)
     return Outcome(ours, theirs, steps)
 
 
-def _match(images: Sequence[Gray], templates: Sequence[Any]) -> None:
+def match_masked(images: Sequence[Gray], templates: Sequence[Any]) -> None:
+    """Correlate every image with every template under a circular mask, as OpenCV does it."""
     mask = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (SIDE, SIDE))
     for image in images:
         for template in templates:
             cv2.matchTemplate(image, template, cv2.TM_CCOEFF_NORMED, mask=mask)
 
 
-def _templates(image: Gray) -> list[Any]:
+def cut_templates(image: Gray) -> list[Any]:
+    """Return the templates: pieces of an image, since only their size matters here."""
     rows, columns = np.array(image.shape) - SIDE
     corners = [(rows * i // TEMPLATES, columns * i // TEMPLATES) for i in range(TEMPLATES)]
     return [np.ascontiguousarray(image[v : v + SIDE, u : u + SIDE]) for v, u in corners]
 
 
-def _milliseconds(run: Callable[[], None]) -> float:
+def milliseconds(run: Callable[[], object]) -> float:
+    """Return how long a call takes."""
     start = perf_counter()
     run()
     return (perf_counter() - start) * 1e3

@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from commands import db, process, run, sample, serve, templates, worker
+from commands import db, plan, process, run, sample, serve, simulate, templates, worker
 from spinewatch.errors import SpinewatchError
 
 cli = typer.Typer(
@@ -20,6 +20,8 @@ cli.command("serve")(serve.serve)
 cli.command("worker")(worker.worker)
 cli.command("run")(run.run)
 cli.command("sample")(sample.sample)
+cli.command("simulate")(simulate.simulate)
+cli.command("plan")(plan.plan)
 cli.add_typer(db.cli, name="db")
 cli.add_typer(templates.cli, name="templates")
 

@@ -33,7 +33,7 @@ def measure_pair(
 
     Raises a ``SpinewatchError`` that names the file and what is wrong with it.
     """
-    rig = _rig(rig_path)
+    rig = read_rig(rig_path)
     left_bytes, right_bytes = _read(left), _read(right)
     if left_bytes == right_bytes:
         raise SameImageError(f"{left} and {right} are the same picture; give the left and the right one")
@@ -49,7 +49,8 @@ def measure_pair(
     return {**stage_document(measurement), "timings_ms": timings}
 
 
-def _rig(path: Path) -> Rig:
+def read_rig(path: Path) -> Rig:
+    """Return the rig in a file; raise a ``SpinewatchError`` that names the file and what is wrong."""
     try:
         return parse_rig(_read(path))
     except RigError as error:

@@ -20,6 +20,9 @@ def print_triads(stages: Mapping[str, Document]) -> None:
     table = _table("Triads: position of P and direction of the normal", columns)
     for name, stage in stages.items():
         for triad in stage["triads"]:
+            if triad["position_mm"] is None:
+                table.add_row(name, triad["label"] or _NO_LABEL, *["-"] * 8)
+                continue
             position = _with_sd(triad["position_mm"], triad["position_sd_mm"])
             angles = (f"{angle:.1f}" for angle in triad["angles_deg"])
             tilt_sd = max(triad["rotation_sd_deg"][:2])  # bounds the deviation of each of the three angles

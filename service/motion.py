@@ -116,7 +116,9 @@ def _missing(vertebrae: Sequence[str], poses: Mapping[str, Mapping[str, Pose]]) 
         for vertebra in vertebrae
     }
     return [
-        MissingDocument(vertebra=vertebra, reason=f"no triad is labelled {vertebra} in {' and '.join(names)}")
+        MissingDocument(
+            vertebra=vertebra, reason=f"no triad with a pose is labelled {vertebra} in {' and '.join(names)}"
+        )
         for vertebra, names in absent.items()
         if names
     ]

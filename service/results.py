@@ -23,27 +23,36 @@ class BallDocument(Schema):
 
     position_mm: Annotated[Vector3, Field(description="Centre in object space, mm.")]
     sd_mm: Annotated[Vector3, Field(description="Standard deviations, mm.")]
-    left: Annotated[Vector2, Field(description="Centre in the left picture (u, v), px.")]
-    right: Annotated[Vector2, Field(description="Centre in the right picture (u, v), px.")]
-    parallax_mm: Annotated[float, Field(description="Distance by which the two rays miss each other, mm.")]
+    left: Annotated[
+        Vector2 | None, Field(description="Centre in the left picture (u, v), px; null where hidden.")
+    ]
+    right: Annotated[
+        Vector2 | None, Field(description="Centre in the right picture (u, v), px; null where hidden.")
+    ]
+    parallax_mm: Annotated[
+        float | None,
+        Field(description="Distance by which the two rays miss each other, mm; null for one ray."),
+    ]
 
 
 class TriadDocument(Schema):
-    """A reconstructed triad in object space."""
+    """A triad in object space; one whose balls do not determine a pose has null for all of it, and a reason."""
 
     label: Annotated[str | None, Field(description="The vertebra; null when it cannot be told.")]
     label_reason: Annotated[str | None, Field(description="Why there is no label.")]
     model: Annotated[str, Field(description="Name of the triad model.")]
-    position_mm: Annotated[Vector3, Field(description="P, where the legs meet, mm.")]
-    position_sd_mm: Annotated[Vector3, Field(description="Standard deviations, mm.")]
-    normal: Annotated[Vector3, Field(description="Unit normal.")]
-    angles_deg: Annotated[Vector3, Field(description="Angles of the normal with X, Y and Z, degrees.")]
-    rotation: Annotated[Matrix3, Field(description="Columns are the triad's axes.")]
+    reason: Annotated[str | None, Field(description="Why there is no pose.")]
+    position_mm: Annotated[Vector3 | None, Field(description="P, where the legs meet, mm.")]
+    position_sd_mm: Annotated[Vector3 | None, Field(description="Standard deviations, mm.")]
+    normal: Annotated[Vector3 | None, Field(description="Unit normal.")]
+    angles_deg: Annotated[Vector3 | None, Field(description="Angles of the normal with X, Y and Z, degrees.")]
+    rotation: Annotated[Matrix3 | None, Field(description="Columns are the triad's axes.")]
     rotation_sd_deg: Annotated[
-        Vector3, Field(description="Standard deviations about the triad's own x, y and z, degrees.")
+        Vector3 | None, Field(description="Standard deviations about the triad's own x, y and z, degrees.")
     ]
     covariance: Annotated[
-        Matrix6, Field(description="Of position (mm) and rotation vector about the object axes (degrees).")
+        Matrix6 | None,
+        Field(description="Of position (mm) and rotation vector about the object axes (degrees)."),
     ]
     error_mm: Annotated[float, Field(description="Distance-matrix error, mm: finds gross faults only.")]
     balls: dict[str, BallDocument]
@@ -55,10 +64,11 @@ class TriadDocument(Schema):
             label=row.label,
             label_reason=row.label_reason,
             model=row.model,
-            position_mm=[row.x_mm, row.y_mm, row.z_mm],
-            position_sd_mm=[row.x_sd_mm, row.y_sd_mm, row.z_sd_mm],
+            reason=row.reason,
+            position_mm=_vector(row.x_mm, row.y_mm, row.z_mm),
+            position_sd_mm=_vector(row.x_sd_mm, row.y_sd_mm, row.z_sd_mm),
             normal=row.normal,
-            angles_deg=[row.alpha_deg, row.beta_deg, row.gamma_deg],
+            angles_deg=_vector(row.alpha_deg, row.beta_deg, row.gamma_deg),
             rotation=row.rotation,
             rotation_sd_deg=row.rotation_sd_deg,
             covariance=row.covariance,
@@ -124,6 +134,11 @@ class FeaturesDocument(Schema):
     fields: FieldPair
     exposure: ExposurePair
     features: FeaturePair
+
+
+def _vector(*values: float | None) -> list[float] | None:
+    known = [value for value in values if value is not None]
+    return known if len(known) == len(values) else None
 
 
 def object_space(stage: Stage) -> str:

@@ -24,6 +24,11 @@ class Features:
     def __len__(self) -> int:
         return len(self.xy_px)
 
+    def take(self, index: object) -> Features:
+        """Return the features chosen by an index or mask array."""
+        i = np.asarray(index)
+        return Features(self.xy_px[i], self.score[i], self.covariance_px2[i])
+
     @classmethod
     def empty(cls) -> Features:
         """Return a list without features."""

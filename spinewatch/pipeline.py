@@ -11,15 +11,18 @@ from numpy.typing import NDArray
 
 from spinewatch.camera import Camera, Rig
 from spinewatch.correspondence.candidates import range_limits_mm
+from spinewatch.correspondence.rig_check import RigCheck, RigCheckParameters
 from spinewatch.detection.centres import CentreParameters, View, refine_centres
 from spinewatch.detection.detector import Detection, DetectionParameters, detect
 from spinewatch.detection.templates import Side, TemplateSet, default_template_set
 from spinewatch.errors import ImageSizeError, ParameterError, SameImageError
 from spinewatch.flags import Flag
 from spinewatch.parallel import both
+from spinewatch.triads.checked import check_search
 from spinewatch.triads.choose import SpineAxis
-from spinewatch.triads.labels import LabelledTriad, LabelParameters, label_triads
-from spinewatch.triads.search import SearchParameters, match_triads
+from spinewatch.triads.labels import KnownRow, LabelledTriad, LabelParameters, label_triads
+from spinewatch.triads.model import FLAT_10_14_18, TriadModel
+from spinewatch.triads.search import SearchParameters, TriadSearch, match_triads
 
 Image = NDArray[np.uint8] | NDArray[np.uint16]
 SIDES: tuple[Side, Side] = ("left", "right")
@@ -39,18 +42,23 @@ class Parameters:
     centres: CentreParameters = field(default_factory=CentreParameters)
     search: SearchParameters = field(default_factory=SearchParameters)
     labels: LabelParameters = field(default_factory=LabelParameters)
+    rig_check: RigCheckParameters = field(default_factory=RigCheckParameters)
 
 
 @dataclass(frozen=True)
 class StageRequest:
     """What the surgeon knows: vertebrae in order of increasing coordinate along ``spine_axis``, and how many triads.
 
-    Without ``triads`` their number is that of the labels, or unknown when there are none.
+    Without ``triads`` their number is that of the labels, or unknown when there are none. ``models`` are the
+    markers in use; ``known``, an earlier stage, distances or kinds of markers, decides on labels when triads
+    are missing.
     """
 
     labels: tuple[str, ...] = ()
     spine_axis: SpineAxis = "auto"
     triads: int | None = None
+    models: tuple[TriadModel, ...] = (FLAT_10_14_18,)
+    known: KnownRow | None = None
 
     @property
     def expected(self) -> int | None:
@@ -60,12 +68,16 @@ class StageRequest:
 
 @dataclass(frozen=True, eq=False)
 class StageMeasurement:
-    """What one stereo pair shows: detections, triads in label order (unlabelled ones last), and all flags."""
+    """What one stereo pair shows: detections, triads in label order (unlabelled ones last), and all flags.
+
+    ``rig_check`` is what the triads' balls say about the rig, None when they are too few.
+    """
 
     left: Detection
     right: Detection
     triads: tuple[LabelledTriad, ...]
     flags: tuple[Flag, ...]
+    rig_check: RigCheck | None = None
 
 
 def silent(step: str, fraction: float) -> None:
@@ -100,6 +112,18 @@ def measure_stage(
         image, ball = (left, left_ball) if side == "left" else (right, right_ball)
         return detect(image, side, ball, parameters.detection, templates)
 
+    def match(with_rig: Rig) -> TriadSearch:
+        return match_triads(
+            centres.left,
+            centres.right,
+            with_rig,
+            parameters.search,
+            expected=request.expected,
+            axis=request.spine_axis,
+            images=(left, right),
+            models=request.models,
+        )
+
     progress("detect", 0.0)
     left_found, right_found = both(search, *SIDES)
     progress("refine centres", 0.5)
@@ -113,26 +137,21 @@ def measure_stage(
     left_found = replace(left_found, features=centres.left)
     right_found = replace(right_found, features=centres.right)
     progress("match", 0.7)
-    matched = match_triads(
-        centres.left,
-        centres.right,
-        rig,
-        parameters.search,
-        expected=request.expected,
-        axis=request.spine_axis,
-        images=(left, right),
+    matched, rig_check, rig_flags = check_search(
+        match, centres.left, centres.right, rig, parameters.rig_check
     )
     progress("label", 0.9)
     labelled, label_flags = label_triads(
-        matched.triads, request.labels, request.spine_axis, parameters.labels
+        matched.triads, request.labels, request.spine_axis, parameters.labels, request.known
     )
     flags = (
         *_of_side("left", left_found.flags),
         *_of_side("right", right_found.flags),
         *matched.flags,
+        *rig_flags,
         *label_flags,
     )
-    return StageMeasurement(left_found, right_found, labelled, flags)
+    return StageMeasurement(left_found, right_found, labelled, flags, rig_check)
 
 
 def nominal_ball_px(rig: Rig, parameters: Parameters) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -8,6 +8,8 @@ from typing import Any
 
 from store.tables import FeatureList, Measurement, Triad
 
+_NO_POSE = (None, None, None)
+
 
 def measurement_of(stage_id: str, result: Mapping[str, Any], now: datetime) -> Measurement:
     """Return the rows of a stage document (docs/api.md) that also has ``parameters`` and ``version``."""
@@ -28,14 +30,15 @@ def measurement_of(stage_id: str, result: Mapping[str, Any], now: datetime) -> M
 
 
 def _triad(position: int, triad: Mapping[str, Any]) -> Triad:
-    x, y, z = triad["position_mm"]
-    x_sd, y_sd, z_sd = triad["position_sd_mm"]
-    alpha, beta, gamma = triad["angles_deg"]
+    x, y, z = triad["position_mm"] or _NO_POSE
+    x_sd, y_sd, z_sd = triad["position_sd_mm"] or _NO_POSE
+    alpha, beta, gamma = triad["angles_deg"] or _NO_POSE
     return Triad(
         position=position,
         label=triad["label"],
         label_reason=triad["label_reason"],
         model=triad["model"],
+        reason=triad["reason"],
         x_mm=x,
         y_mm=y,
         z_mm=z,

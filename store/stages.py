@@ -123,11 +123,14 @@ def features(session: Session, stage_id: str) -> dict[str, list[dict[str, object
 
 def poses(measured: Measurement) -> dict[str, Pose]:
     """Return the poses of the labelled triads, by label, in object space of the stage's calibration."""
-    return {triad.label: pose(triad) for triad in measured.triads if triad.label is not None}
+    labelled = {triad.label: pose(triad) for triad in measured.triads if triad.label is not None}
+    return {label: found for label, found in labelled.items() if found is not None}
 
 
-def pose(triad: Triad) -> Pose:
-    """Return the pose in a triad's row."""
+def pose(triad: Triad) -> Pose | None:
+    """Return the pose in a triad's row, or None for a triad without."""
+    if triad.rotation is None:
+        return None
     return Pose(
         position_mm=np.array([triad.x_mm, triad.y_mm, triad.z_mm]),
         rotation=np.array(triad.rotation),

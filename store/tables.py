@@ -193,7 +193,10 @@ class FeatureList(Base):
 
 
 class Triad(Base):
-    """A reconstructed triad in object space, mm and degrees; ``position`` counts a stage's triads from 0."""
+    """A triad in object space, mm and degrees; ``position`` counts a stage's triads from 0.
+
+    Where its balls do not determine a pose, ``reason`` says so and the columns of the pose are null.
+    """
 
     __tablename__ = "triads"
 
@@ -202,20 +205,21 @@ class Triad(Base):
     label: Mapped[str | None] = mapped_column(String(16))
     label_reason: Mapped[str | None] = mapped_column(Text)
     model: Mapped[str] = mapped_column(String(64))
-    x_mm: Mapped[float]
-    y_mm: Mapped[float]
-    z_mm: Mapped[float]
-    x_sd_mm: Mapped[float]
-    y_sd_mm: Mapped[float]
-    z_sd_mm: Mapped[float]
-    alpha_deg: Mapped[float]
-    beta_deg: Mapped[float]
-    gamma_deg: Mapped[float]
+    reason: Mapped[str | None] = mapped_column(Text)
+    x_mm: Mapped[float | None]
+    y_mm: Mapped[float | None]
+    z_mm: Mapped[float | None]
+    x_sd_mm: Mapped[float | None]
+    y_sd_mm: Mapped[float | None]
+    z_sd_mm: Mapped[float | None]
+    alpha_deg: Mapped[float | None]
+    beta_deg: Mapped[float | None]
+    gamma_deg: Mapped[float | None]
     error_mm: Mapped[float]
-    normal: Mapped[list[Any]]
-    rotation: Mapped[list[Any]]
-    rotation_sd_deg: Mapped[list[Any]]
-    covariance: Mapped[list[Any]]
+    normal: Mapped[list[Any] | None] = mapped_column(JSON(none_as_null=True))
+    rotation: Mapped[list[Any] | None] = mapped_column(JSON(none_as_null=True))
+    rotation_sd_deg: Mapped[list[Any] | None] = mapped_column(JSON(none_as_null=True))
+    covariance: Mapped[list[Any] | None] = mapped_column(JSON(none_as_null=True))
     balls: Mapped[Document]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +47,11 @@ class Points:
 
     def __len__(self) -> int:
         return len(self.position_mm)
+
+    def take(self, index: object) -> Points:
+        """Return the points chosen by an index or mask array."""
+        i = np.asarray(index)
+        return Points(*(getattr(self, f.name)[i] for f in fields(self)))
 
 
 def match_features(

@@ -15,6 +15,16 @@ if TYPE_CHECKING:
     from spinewatch.triads.labels import LabelledTriad
     from spinewatch.triads.pose import Ball
 
+_POSE = (
+    "position_mm",
+    "position_sd_mm",
+    "normal",
+    "angles_deg",
+    "rotation",
+    "rotation_sd_deg",
+    "covariance",
+)
+
 
 def stage_document(measurement: StageMeasurement) -> dict[str, Any]:
     """Return a measured stage as JSON-ready lists and numbers, at full precision, in mm, degrees and pixels.
@@ -44,19 +54,17 @@ def features_document(features: Features) -> list[dict[str, Any]]:
 
 
 def triad_document(labelled: LabelledTriad) -> dict[str, Any]:
-    """Return a triad's label, pose with its uncertainty, and balls; frames as in ``Pose``."""
-    triad, pose = labelled.triad, labelled.triad.pose
+    """Return a triad's label, pose with its uncertainty, and balls; frames as in ``Pose``.
+
+    Without a pose its entries are null and ``reason`` says why.
+    """
+    triad = labelled.triad
     return {
         "label": labelled.label,
         "label_reason": labelled.label_reason,
         "model": triad.model,
-        "position_mm": _numbers(pose.position_mm),
-        "position_sd_mm": _numbers(pose.position_sd_mm),
-        "normal": _numbers(pose.normal),
-        "angles_deg": _numbers(pose.angles_deg),
-        "rotation": _numbers(pose.rotation),
-        "rotation_sd_deg": _numbers(pose.rotation_sd_deg),
-        "covariance": _numbers(pose.covariance),
+        "reason": triad.reason,
+        **{name: None if triad.pose is None else _numbers(getattr(triad.pose, name)) for name in _POSE},
         "error_mm": _numbers(triad.error_mm),
         "balls": {name: _ball_document(ball) for name, ball in triad.balls.items()},
     }
@@ -71,9 +79,9 @@ def _ball_document(ball: Ball) -> dict[str, Any]:
     return {
         "position_mm": _numbers(ball.position_mm),
         "sd_mm": _deviations(ball.covariance_mm2),
-        "left": _numbers(ball.left_px),
-        "right": _numbers(ball.right_px),
-        "parallax_mm": _numbers(ball.parallax_mm),
+        "left": None if ball.left_px is None else _numbers(ball.left_px),
+        "right": None if ball.right_px is None else _numbers(ball.right_px),
+        "parallax_mm": None if ball.parallax_mm is None else _numbers(ball.parallax_mm),
     }
 
 

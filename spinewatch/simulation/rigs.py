@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from spinewatch.camera import Camera, Float, Rig, degrees_from_dms
+from spinewatch.correspondence.rig_check import moved_camera
 
 CART_IMAGE_PX = (568, 416)
 CART_PIXEL_MM = (0.01, 0.00845)
@@ -101,3 +102,15 @@ def angles_towards(centre_mm: Float, target_mm: Float) -> tuple[float, float, fl
     y = np.cross(z, x)
     angles = np.degrees([np.arctan2(-z[1], z[2]), np.arcsin(z[0]), np.arctan2(-y[0], x[0])])
     return float(angles[0]), float(angles[1]), float(angles[2])
+
+
+def perturbed_rig(rig: Rig, rng: np.random.Generator, turn_sd_deg: float, shift_sd_mm: float) -> Rig:
+    """Return the rig as a calibration with errors would have it: its right camera turned and shifted a little.
+
+    Standard deviations are per axis; without any the rig itself is returned.
+    """
+    if not (turn_sd_deg or shift_sd_mm):
+        return rig
+    turn = np.radians(turn_sd_deg) * rng.standard_normal(3)
+    right = moved_camera(rig.right, turn, shift_sd_mm * rng.standard_normal(3))
+    return Rig(f"{rig.name} (perturbed)", rig.left, right)

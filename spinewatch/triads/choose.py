@@ -1,210 +1,207 @@
-"""The choice of the triads: the likeliest row of mutually exclusive triplets along the spine.
+"""The choice of the triads: the likeliest row of mutually exclusive candidates along the spine.
 
-The thesis keeps the triplet of least error among rivals (``heuristics``). Here a triplet's evidence is the
+The thesis keeps the triplet of least error among rivals (``heuristics``). Here a candidate's evidence is the
 logarithm of how much likelier it is as a triad than by chance: distance errors and parallaxes against their
-covariances, tilt against the cameras, feature scores. A row gains by evenly spaced neighbours, and dynamic
-programming along the spine axis finds the best row of at most the expected number. So H1 to H3 hold, H5
-bounds the number, and H4 enters as a spacing that is even but unknown.
+covariances, tilt against the cameras, feature scores. ``row`` finds the best row of at most the expected
+number. So H1 to H3 hold, H5 bounds the number, and H4 enters as a spacing that is regular but unknown.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spinewatch.camera import Float, Rig
 from spinewatch.correspondence.matcher import Points
-from spinewatch.triads.identify import IdentifyParameters, Int, Triplets
+from spinewatch.triads.identify import Int, Triplets
 from spinewatch.triads.model import TriadModel
-from spinewatch.triads.pose import position_and_normal
+from spinewatch.triads.pose import rough_pose
+from spinewatch.triads.row import Places, RowParameters, best_row
 
 SpineAxis = Literal["x", "y", "auto"]
 
 _ASSUMED_COUNT = 5
 _MOST_TRIADS = 12
-_MOST_STEPS = 3  # a row may lack two neighbours in succession
 _LEAST_VOLUME_MM3 = 200.0**3  # few points do not show how far chance could scatter them
+HIDDEN = -1
+"""Stands for the image of a ball that a view does not show."""
 
 
 @dataclass(frozen=True)
 class ChooseParameters:
     """What is known of triads before an image is seen.
 
-    ``tilt_sd_deg`` and ``tilt_limit_deg`` of a normal against the direction of the cameras; ``score_weight``
-    of a point's standardised feature score; ``parallax_limit_sigma``, within which a chance parallax is
-    uniform; ``spacing_mm`` (least, most) of neighbours; ``spacing_sd``, a row's relative irregularity;
-    ``slope_sd`` and ``slope_limit`` of the row against the spine axis, sideways and in height;
-    ``missing_log_odds`` of an unseen triad inside the row; ``least_log_odds`` that a triad must add (5 is 150
-    to 1); ``most_candidates`` considered.
+    ``tilt_sd_deg`` and ``tilt_limit_deg`` of z against the direction of the cameras; ``score_weight`` of a
+    point's standardised feature score; ``parallax_limit_sigma``, within which a chance parallax is uniform;
+    ``most_candidates`` considered; ``row``, what is known of their row.
     """
 
-    tilt_sd_deg: float = 25.0
+    tilt_sd_deg: float = 18.0
     tilt_limit_deg: float = 65.0
     score_weight: float = 0.7
     parallax_limit_sigma: float = 3.5
-    spacing_mm: tuple[float, float] = (30.0, 80.0)
-    spacing_sd: float = 0.12
-    slope_sd: float = 0.35
-    slope_limit: float = 1.2
-    missing_log_odds: float = -3.0
-    least_log_odds: float = 5.0
     most_candidates: int = 200
+    row: RowParameters = field(default_factory=RowParameters)
 
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """Triplets that face the cameras, strongest first.
+    """c possible triads that face the cameras.
 
-    ``index`` (c,) into the triplets; ``origin_mm`` (c, 3); ``evidence`` (c,), logarithms of odds, each on its
-    own; ``left`` and ``right`` (c, 3) indices of their image features.
+    ``model`` (c,) indices of their markers; ``origin_mm`` (c, 3) and ``rotation`` (c, 3, 3), a rough pose;
+    ``evidence`` (c,), logarithms of odds, each on its own; ``left`` and ``right`` (c, 4) indices of their
+    image features in the order of the model's balls, ``HIDDEN`` where a view does not show one, or the marker
+    has no fourth.
     """
 
-    index: Int
+    model: Int
     origin_mm: Float
+    rotation: Float
     evidence: Float
     left: Int
     right: Int
 
+    def __len__(self) -> int:
+        return len(self.model)
+
+    def take(self, index: object) -> Candidates:
+        """Return some of them."""
+        i = np.asarray(index)
+        return Candidates(*(getattr(self, f.name)[i] for f in fields(self)))
+
+    @property
+    def occluded(self) -> NDArray[np.bool_]:
+        """Whether a view does not show one of the three first balls (c,)."""
+        return np.asarray(np.any((self.left[:, :3] == HIDDEN) | (self.right[:, :3] == HIDDEN), axis=1))
+
+    @classmethod
+    def empty(cls) -> Candidates:
+        """Return none."""
+        none, features = np.empty(0, dtype=np.intp), np.empty((0, 4), dtype=np.intp)
+        return cls(none, np.empty((0, 3)), np.empty((0, 3, 3)), np.empty(0), features, features)
+
+    @classmethod
+    def joined(cls, parts: Sequence[Candidates]) -> Candidates:
+        """Return the candidates of all parts, in their order."""
+        return cls(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(cls)))
+
 
 def choose_triads(
-    triplets: Triplets,
+    candidates: Candidates,
     points: Points,
-    model: TriadModel,
-    rig: Rig,
-    identify: IdentifyParameters,
     parameters: ChooseParameters,
     *,
     expected: int | None = None,
     axis: SpineAxis = "auto",
 ) -> Int:
-    """Return the indices of the chosen triplets in order along the spine axis, never more than ``expected``.
+    """Return the indices of the chosen candidates in order along the spine axis, never more than ``expected``.
 
     With ``axis`` "auto" both object axes are tried and the likelier row is kept.
     """
-    if not len(triplets):
-        return np.empty(0, dtype=np.intp)
-    candidates = weigh_candidates(
-        triplets, points, model, rig, identify, parameters, expected or _ASSUMED_COUNT
-    )
-    if not len(candidates.index):
+    if not len(candidates):
         return np.empty(0, dtype=np.intp)
     limit = _MOST_TRIADS if expected is None else expected
     volume = max(float(np.prod(np.ptp(points.position_mm, axis=0))), _LEAST_VOLUME_MM3)
+    gaps = np.linalg.norm(candidates.origin_mm[:, None] - candidates.origin_mm, axis=-1)
+    exclusive = share_features(candidates) | (gaps < parameters.row.shortest_mm)
+    places = Places(candidates.origin_mm, candidates.evidence, exclusive)
     axes = (0, 1) if axis == "auto" else ("xy".index(axis),)
-    rows = [best_row(candidates, a, volume, limit, parameters) for a in axes]
-    row, _ = max(rows, key=lambda found: found[1])
-    return candidates.index[row]
+    row, _ = max(
+        (best_row(places, a, volume, limit, parameters.row) for a in axes), key=lambda found: found[1]
+    )
+    return row
 
 
 def weigh_candidates(
+    triplets: Sequence[Triplets],
+    points: Points,
+    models: Sequence[TriadModel],
+    rig: Rig,
+    parameters: ChooseParameters,
+    expected: int | None,
+) -> Candidates:
+    """Return the triplets of each model that face the cameras, strongest first, with the evidence for each.
+
+    The odds before any evidence are the expected number of triads to the number of triplets that fit.
+    """
+    total = sum(map(len, triplets))
+    prior = float(np.log((expected or _ASSUMED_COUNT) / max(total, 1)))
+    parts = [
+        weigh_triplets(found, points, index, model, rig, parameters, prior)
+        for index, (found, model) in enumerate(zip(triplets, models, strict=True))
+    ]
+    pool = Candidates.joined(parts)
+    best = np.argsort(-pool.evidence, kind="stable")[: parameters.most_candidates]
+    return pool.take(best)
+
+
+def weigh_triplets(
     triplets: Triplets,
     points: Points,
+    index: int,
     model: TriadModel,
     rig: Rig,
-    identify: IdentifyParameters,
     parameters: ChooseParameters,
-    expected: int,
+    prior: float,
 ) -> Candidates:
-    """Return the triplets that face the cameras with the evidence for each on its own.
-
-    The odds before any evidence are the expected number of triads to the number of triplets that fit the
-    model.
-    """
+    """Return the triplets of the model with this index that face the cameras, with ``prior`` log-odds each."""
     p = parameters
-    origin, normal = position_and_normal(model.coordinates_mm, points.position_mm[triplets.point])
-    tilt = _tilt_rad(origin, normal, rig)
-    sd = np.radians(p.tilt_sd_deg)
-    chance_of_errors = -3 * np.log(2 * identify.tolerance_mm)
+    origin, rotation = rough_pose(model.coordinates_mm, points.position_mm[triplets.point])
+    facing, tilt_odds = weigh_tilt(origin, rotation, rig, p)
+    evidence = prior + triplets.log_odds + tilt_odds + point_odds(points, p)[triplets.point].sum(axis=1)
+    found = Candidates(
+        np.full(len(triplets), index, dtype=np.intp),
+        origin,
+        rotation,
+        evidence,
+        padded(points.left_index[triplets.point]),
+        padded(points.right_index[triplets.point]),
+    )
+    return found.take(np.flatnonzero(facing))
+
+
+def weigh_tilt(
+    origin: Float, rotation: Float, rig: Rig, p: ChooseParameters
+) -> tuple[NDArray[np.bool_], Float]:
+    """Return which markers (n,) face the cameras within the limit, and log-odds of their tilt against chance."""
+    towards = (rig.left.centre + rig.right.centre) / 2 - origin
+    cosine = (rotation[..., 2] * towards).sum(axis=-1) / np.linalg.norm(towards, axis=-1)
+    tilt, sd = np.arccos(np.clip(cosine, -1, 1)), np.radians(p.tilt_sd_deg)
+    odds = np.log(2 / sd**2) - 0.5 * (tilt / sd) ** 2
+    return np.asarray(tilt <= np.radians(p.tilt_limit_deg)), np.asarray(odds)
+
+
+def point_odds(points: Points, p: ChooseParameters) -> Float:
+    """Return log-odds (n,) of points being balls against chance, by their parallax and score."""
     parallax = -0.5 * (points.chi2 + np.log(2 * np.pi)) + np.log(2 * p.parallax_limit_sigma)
-    score = p.score_weight * (_standardised(points.score) - p.score_weight / 2)
-    evidence = (
-        np.log(expected / max(len(triplets), 1))
-        + (triplets.log_density - chance_of_errors)
-        + (np.log(2 / sd**2) - 0.5 * (tilt / sd) ** 2)
-        + (parallax + score)[triplets.point].sum(axis=1)
-    )
-    facing = np.flatnonzero(tilt <= np.radians(p.tilt_limit_deg))
-    best = facing[np.argsort(-evidence[facing], kind="stable")][: p.most_candidates]
-    chosen = triplets.point[best]
-    return Candidates(
-        best, origin[best], evidence[best], points.left_index[chosen], points.right_index[chosen]
-    )
+    return np.asarray(parallax + score_odds(points.score, p))
 
 
-def best_row(
-    candidates: Candidates, axis: int, volume_mm3: float, limit: int, parameters: ChooseParameters
-) -> tuple[Int, float]:
-    """Return the candidates (k,) of the likeliest row, in order along the axis, and its logarithm of odds.
+def score_odds(score: Float, p: ChooseParameters) -> Float:
+    """Return log-odds (n,) of balls against other features by their scores.
 
-    Dynamic programming over the number of triads; the spacing is one of a list, the same along a row. An
-    empty row has odds of 0.
+    Standardised scores of balls are taken to be ``score_weight`` above the mean of all.
     """
-    spacings = np.geomspace(*parameters.spacing_mm, 10)
-    worth = candidates.evidence - parameters.least_log_odds
-    steps = _step_gains(candidates, axis, volume_mm3, spacings, parameters)
-    value = np.tile(worth, (len(spacings), 1))
-    best, row = 0.0, np.empty(0, dtype=np.intp)
-    before: list[Int] = []
-    for count in range(1, limit + 1):
-        s, last = np.unravel_index(np.argmax(value), value.shape)
-        if value[s, last] > best:
-            best, row = float(value[s, last]), _trace(before, int(s), int(last))
-        if count == limit:
-            break
-        total = value[:, :, None] + steps
-        before.append(total.argmax(axis=1))
-        value = total.max(axis=1) + worth
-        if not np.any(value > -np.inf):
-            break
-    return row, best
+    spread = score.std() if len(score) else 0.0
+    standard = (score - score.mean()) / spread if spread > 0 else np.zeros_like(score)
+    return np.asarray(p.score_weight * (standard - p.score_weight / 2))
 
 
-def _trace(before: list[Int], spacing: int, last: int) -> Int:
-    row = [last]
-    for previous in reversed(before):
-        row.append(int(previous[spacing, row[-1]]))
-    return np.array(row[::-1], dtype=np.intp)
-
-
-def _step_gains(c: Candidates, axis: int, volume_mm3: float, spacings: Float, p: ChooseParameters) -> Float:
-    """Return (s, c, c): how much likelier j lies where it is as i's next neighbour than by chance."""
-    d = c.origin_mm[None] - c.origin_mm[:, None]
-    along = d[..., axis]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slopes = np.delete(d, axis, axis=-1) / along[..., None]
-    possible = (along > 0) & np.all(np.abs(slopes) <= p.slope_limit, axis=-1) & ~_share_features(c)
-    i, j = np.nonzero(possible)
-    length, slope = np.linalg.norm(d[i, j], axis=1), slopes[i, j]
-    direction = -0.5 * ((slope / p.slope_sd) ** 2).sum(axis=1) - np.log(
-        2 * np.pi * p.slope_sd**2 * along[i, j] ** 2
-    )
-    number = np.arange(1, _MOST_STEPS + 1)[:, None, None]
-    sd = p.spacing_sd * np.sqrt(1 / number)
-    off = (np.log(length) - np.log(number * spacings[:, None])) / sd
-    spacing = -0.5 * off**2 - np.log(np.sqrt(2 * np.pi) * sd * length) + p.missing_log_odds * (number - 1)
-    gains = np.full((len(spacings), *possible.shape), -np.inf)
-    gains[:, i, j] = spacing.max(axis=0) + direction + np.log(volume_mm3)
-    return gains
-
-
-def _share_features(c: Candidates) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
-    """Return (c, c): whether two triplets use the same feature of an image (H2 and H3)."""
-    shared = np.zeros((len(c.index), len(c.index)), dtype=bool)
+def share_features(c: Candidates) -> NDArray[np.bool_]:
+    """Return (c, c): whether two candidates use the same feature of an image (H2 and H3)."""
+    shared = np.zeros((len(c), len(c)), dtype=bool)
     for features in (c.left, c.right):
-        used = np.zeros((len(c.index), int(features.max()) + 1), dtype=np.float32)
-        np.put_along_axis(used, features, 1.0, axis=1)
+        used = np.zeros((len(c), int(features.max(initial=0)) + 2), dtype=np.float32)
+        np.put_along_axis(used, features + 1, 1.0, axis=1)
+        used[:, 0] = 0.0  # hidden balls are nobody's
         shared |= used @ used.T > 0
     return shared
 
 
-def _tilt_rad(origin: Float, normal: Float, rig: Rig) -> Float:
-    towards = (rig.left.centre + rig.right.centre) / 2 - origin
-    cosine = (normal * towards).sum(axis=-1) / np.linalg.norm(towards, axis=-1)
-    return np.asarray(np.arccos(np.clip(cosine, -1, 1)))
-
-
-def _standardised(score: Float) -> Float:
-    spread = score.std()
-    return (score - score.mean()) / spread if spread > 0 else np.zeros_like(score)
+def padded(features: Int) -> Int:
+    """Return feature indices (c, n) with ``HIDDEN`` up to four columns."""
+    return np.pad(features, ((0, 0), (0, 4 - features.shape[1])), constant_values=HIDDEN)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import combinations, pairwise
 from math import comb
 from typing import Literal
@@ -13,23 +13,53 @@ import numpy as np
 
 from spinewatch.camera import Float
 from spinewatch.flags import Flag
-from spinewatch.triads.pose import MeasuredTriad
+from spinewatch.triads.pose import MeasuredTriad, Pose, vector_from_rotation
 
 _REGIONS = {"C": 0, "T": 7, "L": 19, "S": 24}
 _VERTEBRA = re.compile(r"([CTLS])(\d{1,2})")
 _MOST_ASSIGNMENTS = 20_000
+_LARGEST_TURN_SIGMA = 4.0  # a clamp may have been turned
 
 
 @dataclass(frozen=True)
 class LabelParameters:
-    """How gaps decide on labels when triads are missing.
+    """How the row decides on labels when triads are missing.
 
     ``spacing_sd`` is the relative irregularity of the distance between neighbours, ``least_ratio`` how much
-    likelier the best assignment must be than the next.
+    likelier the best assignment must be than the next. Against a known configuration (H4): ``moved_sd_mm`` of
+    a distance and ``turned_sd_deg`` of a rotation between neighbours since then; beyond ``most_sigma`` on
+    average nothing agrees.
     """
 
     spacing_sd: float = 0.12
     least_ratio: float = 100.0
+    moved_sd_mm: float = 3.0
+    turned_sd_deg: float = 8.0
+    most_sigma: float = 5.0
+
+
+@dataclass(frozen=True, eq=False)
+class KnownRow:
+    """What is known of the row before the picture is looked at, by label.
+
+    ``poses`` of an earlier stage, in any one frame; ``distances_mm`` between pairs of vertebrae, from
+    radiographs say, needed only where there is no pose; ``markers``, names of the models on the vertebrae
+    when these are of several kinds.
+    """
+
+    poses: Mapping[str, Pose] = field(default_factory=dict)
+    distances_mm: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    markers: Mapping[str, str] = field(default_factory=dict)
+
+    def distance_mm(self, a: str, b: str) -> float | None:
+        """Return the known distance between two vertebrae's triads, or None."""
+        if a in self.poses and b in self.poses:
+            return float(np.linalg.norm(self.poses[a].position_mm - self.poses[b].position_mm))
+        return self.distances_mm.get((a, b), self.distances_mm.get((b, a)))
+
+    def covers(self, labels: Sequence[str]) -> bool:
+        """Return whether every distance along the row is known."""
+        return all(self.distance_mm(a, b) is not None for a, b in combinations(labels, 2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,19 +76,17 @@ def label_triads(
     labels: Sequence[str],
     axis: Literal["x", "y", "auto"] = "auto",
     parameters: LabelParameters | None = None,
+    known: KnownRow | None = None,
 ) -> tuple[tuple[LabelledTriad, ...], tuple[Flag, ...]]:
     """Return the triads in order along the spine axis with their labels, and flags.
 
     ``labels`` are in order of increasing coordinate; "auto" takes the object axis of greatest extent. As many
-    triads as labels are labelled by order, as the thesis does. With fewer, the gaps tell which label is
-    missing inside the row when they are even enough to decide; a triad missing at an end leaves no trace, so
-    that no label is given.
+    triads as labels are labelled by order, as the thesis does. With fewer, markers of different kinds decide
+    if they can, then the known configuration (H4), and without one the gaps when they are even enough; then a
+    triad missing at an end leaves no trace, so that no label is given.
     """
     ordered = in_order(triads, axis)
-    chosen = tuple(range(len(labels))) if len(labels) == len(ordered) else None
-    reason = None
-    if chosen is None:
-        chosen, reason = _by_gaps(ordered, labels, parameters or LabelParameters())
+    chosen, reason = _assign(ordered, labels, parameters or LabelParameters(), known or KnownRow())
     if chosen is None:
         unlabelled = tuple(LabelledTriad(None, reason, triad) for triad in ordered)
         flags = (Flag("labels-uncertain", reason),) if reason and ordered and labels else ()
@@ -70,7 +98,7 @@ def in_order(triads: Sequence[MeasuredTriad], axis: Literal["x", "y", "auto"]) -
     """Return triads by increasing coordinate of P along the spine axis."""
     if not triads:
         return []
-    P = np.stack([t.pose.position_mm for t in triads])[:, :2]
+    P = np.stack([t.place_mm for t in triads])[:, :2]
     along = int(np.argmax(np.ptp(P, axis=0))) if axis == "auto" else "xy".index(axis)
     return [triads[i] for i in np.argsort(P[:, along], kind="stable")]
 
@@ -85,28 +113,80 @@ def levels(labels: Sequence[str]) -> Float:
     return np.arange(len(labels), dtype=np.float64)
 
 
-def _by_gaps(
-    ordered: list[MeasuredTriad], labels: Sequence[str], p: LabelParameters
+def _assign(
+    ordered: list[MeasuredTriad], labels: Sequence[str], p: LabelParameters, known: KnownRow
 ) -> tuple[tuple[int, ...] | None, str | None]:
+    """Return the places of the triads in ``labels``, or None and why they cannot be told."""
     found, expected = len(ordered), len(labels)
     if not labels:
         return None, "no labels were given"
     if found > expected:
         return None, f"{found} triads were found for {expected} labels"
-    if found < 2 or comb(expected, found) > _MOST_ASSIGNMENTS:
+    if comb(expected, found) > _MOST_ASSIGNMENTS:
         return None, f"only {found} of {expected} triads were found, too few to tell which"
-    P = np.stack([t.pose.position_mm for t in ordered])
-    gaps = np.linalg.norm(np.diff(P, axis=0), axis=1)
-    assignments = list(combinations(range(expected), found))
-    likelihood = np.array([_evenness(gaps, levels(labels)[list(a)], p.spacing_sd) for a in assignments])
+    possible = [a for a in combinations(range(expected), found) if _markers_agree(a, ordered, labels, known)]
+    if not possible:
+        return None, "the kinds of markers that were found are not in the order of the labels"
+    if len(possible) == 1:
+        return possible[0], None
+    return _likeliest(possible, ordered, labels, p, known)
+
+
+def _likeliest(
+    possible: Sequence[tuple[int, ...]],
+    ordered: list[MeasuredTriad],
+    labels: Sequence[str],
+    p: LabelParameters,
+    known: KnownRow,
+) -> tuple[tuple[int, ...] | None, str | None]:
+    """Return the possible places that the known configuration, or else the evenness of gaps, makes likeliest."""
+    found, expected = len(ordered), len(labels)
+    if found < 2:
+        return None, f"only {found} of {expected} triads were found, too few to tell which"
+    if known.covers(labels):
+        likelihood = np.array([_agreement(a, ordered, labels, p, known) for a in possible])
+        if likelihood.max() < -0.5 * p.most_sigma**2 * (found - 1):
+            return None, "the triads that were found are not where the known configuration has any"
+        basis = "the known configuration does not tell which"
+    else:
+        P = np.stack([t.place_mm for t in ordered])
+        gaps = np.linalg.norm(np.diff(P, axis=0), axis=1)
+        likelihood = np.array([_evenness(gaps, levels(labels)[list(a)], p.spacing_sd) for a in possible])
+        basis = "the gaps between the others do not tell which"
     best, second = np.argsort(-likelihood, kind="stable")[:2]
     if likelihood[best] - likelihood[second] < np.log(p.least_ratio):
-        missing = expected - found
-        return (
-            None,
-            f"{missing} of {expected} triads missing, and the gaps between the others do not tell which",
-        )
-    return assignments[best], None
+        return None, f"{expected - found} of {expected} triads missing, and {basis}"
+    return possible[best], None
+
+
+def _markers_agree(
+    places: Sequence[int], ordered: list[MeasuredTriad], labels: Sequence[str], known: KnownRow
+) -> bool:
+    return all(
+        known.markers.get(labels[k], triad.model) == triad.model
+        for k, triad in zip(places, ordered, strict=True)
+    )
+
+
+def _agreement(
+    places: Sequence[int],
+    ordered: list[MeasuredTriad],
+    labels: Sequence[str],
+    p: LabelParameters,
+    known: KnownRow,
+) -> float:
+    """Return the log-likelihood, but for a constant, of neighbours' distances and rotations as known (H4)."""
+    total = 0.0
+    for (i, a), (j, b) in pairwise(zip(places, ordered, strict=True)):
+        distance = known.distance_mm(labels[i], labels[j]) or 0.0
+        off = float(np.linalg.norm(a.place_mm - b.place_mm)) - distance
+        total -= 0.5 * (off / p.moved_sd_mm) ** 2
+        before = known.poses.get(labels[i]), known.poses.get(labels[j])
+        if before[0] and before[1] and a.pose and b.pose:
+            change = (a.pose.rotation.T @ b.pose.rotation).T @ (before[0].rotation.T @ before[1].rotation)
+            angle = float(np.degrees(np.linalg.norm(vector_from_rotation(change))))
+            total -= 0.5 * min(angle / p.turned_sd_deg, _LARGEST_TURN_SIGMA) ** 2
+    return total
 
 
 def _evenness(gaps: Float, places: Float, sd: float) -> float:

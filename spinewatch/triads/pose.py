@@ -19,17 +19,24 @@ class DegenerateTriadError(SpinewatchError):
 
 @dataclass(frozen=True, eq=False)
 class Ball:
-    """One reconstructed ball.
+    """One ball of a marker.
 
-    ``position_mm`` (3,) and ``covariance_mm2`` (3, 3) in object space, its images ``left_px`` and
-    ``right_px`` (2,), and the distance ``parallax_mm`` by which the two rays miss each other.
+    ``position_mm`` (3,) and ``covariance_mm2`` (3, 3) in object space: of its two rays, or of the marker's
+    pose when a view does not show it. Its images ``left_px`` and ``right_px`` (2,), None where hidden, and
+    the distance ``parallax_mm`` by which its two rays miss each other.
     """
 
     position_mm: Float
     covariance_mm2: Float
-    left_px: Float
-    right_px: Float
-    parallax_mm: float
+    left_px: Float | None
+    right_px: Float | None
+    parallax_mm: float | None
+
+    @property
+    def hidden_in(self) -> tuple[str, ...]:
+        """The views that do not show it."""
+        sides = (("left", self.left_px), ("right", self.right_px))
+        return tuple(side for side, image in sides if image is None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,25 +77,42 @@ class Pose:
 class MeasuredTriad:
     """A triad found in a stereo pair: the name of its model, its balls by name, and its pose.
 
-    ``error_mm`` is the distance-matrix error of eq. 5.17; it finds gross faults and says nothing of accuracy.
+    ``error_mm`` is the distance-matrix error of eq. 5.17, of the balls that both views show; it finds gross
+    faults and says nothing of accuracy. ``pose`` is None when the balls seen do not determine it; then
+    ``reason`` says so, and ``balls`` are those that both views show.
     """
 
     model: str
     balls: Mapping[str, Ball]
-    pose: Pose
+    pose: Pose | None
     error_mm: float
+    reason: str | None = None
+
+    @property
+    def place_mm(self) -> Float:
+        """P (3,), or the middle of the balls that were seen when there is no pose."""
+        if self.pose is not None:
+            return self.pose.position_mm
+        return np.asarray(np.mean([ball.position_mm for ball in self.balls.values()], axis=0))
 
 
-def position_and_normal(model_mm: Float, balls_mm: Float) -> tuple[Float, Float]:
-    """Return P (..., 3) and the normal (..., 3) of balls (..., 3, 3) as the thesis defines them (fig. 5.7).
+def rough_pose(model_mm: Float, balls_mm: Float) -> tuple[Float, Float]:
+    """Return origins (..., 3) and rotations (..., 3, 3) of markers with balls (..., n, 3), not of best fit.
 
-    P divides the line from ball 2 to ball 0 as in the model (10:18); the normal is (b0 - b2) x (b0 - b1). The
-    cheap form, for weighing candidates; ``absolute_orientation`` uses all three balls for P.
+    The cheap form, for weighing candidates and starting a fit: axes come from three balls, the origin from
+    the middle of all. For a flat triad z is the thesis's orientation, (b0 - b2) x (b0 - b1) of unit length
+    (fig. 5.7); ``absolute_orientation`` weighs all balls alike.
     """
-    share = np.linalg.norm(model_mm[2]) / np.linalg.norm(model_mm[0] - model_mm[2])
-    A, B = balls_mm[..., 0, :] - balls_mm[..., 2, :], balls_mm[..., 0, :] - balls_mm[..., 1, :]
-    n = np.cross(A, B)
-    return balls_mm[..., 2, :] + share * A, n / np.linalg.norm(n, axis=-1, keepdims=True)
+    R = _three_ball_axes(balls_mm) @ _three_ball_axes(model_mm).T
+    origin = balls_mm.mean(axis=-2) - R @ model_mm.mean(axis=0)
+    return np.asarray(origin), np.asarray(R)
+
+
+def _three_ball_axes(balls_mm: Float) -> Float:
+    x, across = (balls_mm[..., 0, :] - balls_mm[..., k, :] for k in (2, 1))
+    z = np.cross(x, across)
+    x, z = (v / np.linalg.norm(v, axis=-1, keepdims=True) for v in (x, z))
+    return np.stack([x, np.cross(z, x), z], axis=-1)
 
 
 def absolute_orientation(model_mm: Float, points_mm: Float) -> tuple[Float, Float]:
@@ -148,6 +172,11 @@ def rotation_from_vector(vector_rad: Float) -> Float:
     W = cross_matrix(vector_rad)
     R = np.eye(3) + np.sinc(angle / np.pi) * W + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (W @ W)
     return np.asarray(R)
+
+
+def vectors_from_rotations(R: Float) -> Float:
+    """Return the rotation vectors (n, 3) in radians of rotations (n, 3, 3)."""
+    return np.array([vector_from_rotation(matrix) for matrix in R]).reshape(-1, 3)
 
 
 def vector_from_rotation(R: Float) -> Float:

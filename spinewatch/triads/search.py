@@ -2,45 +2,56 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spinewatch.camera import Float, Rig
-from spinewatch.correspondence.intersection import intersect, plate_projection
+from spinewatch.camera import Rig
 from spinewatch.correspondence.matcher import MatcherParameters, Points, match_features
-from spinewatch.correspondence.rays import feature_rays
+from spinewatch.correspondence.rays import Rays, feature_rays
 from spinewatch.features import Features
 from spinewatch.flags import Flag
-from spinewatch.triads.adjustment import adjust_poses
-from spinewatch.triads.choose import ChooseParameters, SpineAxis, choose_triads
-from spinewatch.triads.identify import IdentifyParameters, Int, Triplets, distance_errors, identify_triads
+from spinewatch.triads.choose import (
+    HIDDEN,
+    Candidates,
+    ChooseParameters,
+    SpineAxis,
+    choose_triads,
+    weigh_candidates,
+)
+from spinewatch.triads.identify import IdentifyParameters, Int, Triplets, identify_triads
+from spinewatch.triads.measure import MeasureParameters, measure_triads
 from spinewatch.triads.model import FLAT_10_14_18, TriadModel
-from spinewatch.triads.pose import Ball, MeasuredTriad, absolute_orientation
+from spinewatch.triads.occlusion import OcclusionParameters, occluded_candidates
+from spinewatch.triads.pose import MeasuredTriad
+
+_CERTAIN = 1e4  # log-odds of a triad that was chosen already
 
 
 @dataclass(frozen=True)
 class SearchParameters:
-    """Parameters of the whole search, one set a step.
-
-    ``common_sd_mrad`` is the pointing error that the balls of a triad share in one view, 0.1 px on the cart:
-    calibration, and light that comes from one side. Averaging over the balls does not lessen it.
-    """
+    """Parameters of the whole search, one set a step."""
 
     matcher: MatcherParameters = field(default_factory=MatcherParameters)
     identify: IdentifyParameters = field(default_factory=IdentifyParameters)
     choose: ChooseParameters = field(default_factory=ChooseParameters)
-    common_sd_mrad: float = 0.13
+    occlusion: OcclusionParameters = field(default_factory=OcclusionParameters)
+    measure: MeasureParameters = field(default_factory=MeasureParameters)
 
 
 @dataclass(frozen=True, eq=False)
 class TriadSearch:
-    """The triads of a stereo pair in order along the spine axis, with what led to them."""
+    """The triads of a stereo pair in order along the spine axis, with what led to them.
+
+    ``chosen`` are the triads' features, ``triplets`` those of each model.
+    """
 
     triads: tuple[MeasuredTriad, ...]
+    chosen: Candidates
     points: Points
-    triplets: Triplets
+    triplets: tuple[Triplets, ...]
     flags: tuple[Flag, ...]
 
 
@@ -53,82 +64,86 @@ def match_triads(
     expected: int | None = None,
     axis: SpineAxis = "auto",
     images: tuple[NDArray[np.generic], NDArray[np.generic]] | None = None,
-    model: TriadModel = FLAT_10_14_18,
+    models: Sequence[TriadModel] = (FLAT_10_14_18,),
 ) -> TriadSearch:
     """Return the triads that the features of a stereo pair show, never more than ``expected``.
 
-    Fewer are flagged "triad-count-low" (H5), never filled up by doubtful ones. ``images`` serve structural
-    refinement only. Raises ``ParameterError`` when the range cannot be derived from the rig.
+    Triads in full view are chosen first. Where some are missing, or their number is unknown, triads with a
+    hidden ball are sought among the features left over and flagged "ball-occluded". Fewer than expected are
+    flagged "triad-count-low" (H5), never filled up by doubtful ones. ``models`` are the markers in use.
+    ``images`` serve structural refinement only. Raises ``ParameterError`` when the range cannot be derived
+    from the rig.
     """
     points = match_features(left, right, rig, parameters.matcher, images)
-    triplets = identify_triads(points, model, parameters.identify)
-    chosen = choose_triads(
-        triplets, points, model, rig, parameters.identify, parameters.choose, expected=expected, axis=axis
-    )
-    balls = triplets.point[chosen]
-    features = points.left_index[balls], points.right_index[balls]
-    triads = measure_triads(left, right, rig, *features, model, common_sd_mrad=parameters.common_sd_mrad)
-    return TriadSearch(triads, points, triplets, _count_flags(len(triads), expected))
+    triplets = tuple(identify_triads(points, model, parameters.identify) for model in models)
+    pool = weigh_candidates(triplets, points, models, rig, parameters.choose, expected)
+    chosen = pool.take(choose_triads(pool, points, parameters.choose, expected=expected, axis=axis))
+    if parameters.occlusion.enabled and (expected is None or len(chosen) < expected):
+        extra = parameters.occlusion.extra_sd_mrad
+        rays = feature_rays(rig.left, left, extra), feature_rays(rig.right, right, extra)
+        missing = None if expected is None else expected - len(chosen)
+        others = _left_over(chosen, points, rays, rig, models, parameters, missing)
+        sure = replace(chosen, evidence=np.full(len(chosen), _CERTAIN))
+        pool = Candidates.joined([sure, others])
+        chosen = pool.take(choose_triads(pool, points, parameters.choose, expected=expected, axis=axis))
+    triads = measure_triads(left, right, rig, chosen, models, parameters.measure)
+    flags = (*_occlusion_flags(triads), *_pose_flags(triads), *_count_flags(triads, expected))
+    return TriadSearch(triads, chosen, points, triplets, flags)
 
 
-def measure_triads(
-    left: Features,
-    right: Features,
+def ball_images(search: TriadSearch, left: Features, right: Features) -> tuple[Features, Features]:
+    """Return the left and right features of the balls that both views show, one pair a ball."""
+    i = np.concatenate([search.chosen.left.ravel(), search.chosen.right.ravel()]).reshape(2, -1)
+    i = i[:, np.all(i != HIDDEN, axis=0)]
+    return left.take(i[0]), right.take(i[1])
+
+
+def _left_over(
+    chosen: Candidates,
+    points: Points,
+    rays: tuple[Rays, Rays],
     rig: Rig,
-    left_index: Int,
-    right_index: Int,
-    model: TriadModel = FLAT_10_14_18,
-    *,
-    common_sd_mrad: float = 0.0,
-) -> tuple[MeasuredTriad, ...]:
-    """Return the triads whose balls are the given features (t, 3), in the model's order, of the two images.
+    models: Sequence[TriadModel],
+    parameters: SearchParameters,
+    missing: int | None,
+) -> Candidates:
+    """Return triads that are not in full view, of features that the chosen ones do not use."""
+    free = _unused(len(rays[0]), chosen.left), _unused(len(rays[1]), chosen.right)
+    usable = np.isin(points.left_index, free[0]) & np.isin(points.right_index, free[1])
+    found = occluded_candidates(
+        points.take(usable), rays, free, rig, models, parameters.choose, parameters.occlusion, missing
+    )
+    best = np.argsort(-found.evidence, kind="stable")[: parameters.choose.most_candidates]
+    return found.take(best)
 
-    The poses are of greatest likelihood. Balls carry the features' covariance; a position's also has the error
-    ``common_sd_mrad`` that all balls of a triad share in a view, which hardly turns it.
-    Raises ``DegenerateTriadError`` when the balls of one lie on a line.
-    """
-    i, j = left_index.ravel(), right_index.ravel()
-    views = feature_rays(rig.left, left).take(i), feature_rays(rig.right, right).take(j)
-    found = intersect(views)
-    centres = found.position_mm.reshape(-1, 3, 3)
-    R, P = absolute_orientation(model.coordinates_mm, centres)
-    poses, _ = adjust_poses(model, views, P, R)
-    common = _common_covariance(rig, P, common_sd_mrad)
-    errors = np.linalg.norm(distance_errors(centres, model), axis=-1)
-    balls = [
-        Ball(
-            found.position_mm[k],
-            found.covariance_mm2[k],
-            left.xy_px[i[k]],
-            right.xy_px[j[k]],
-            float(found.parallax_mm[k]),
-        )
-        for k in range(len(i))
-    ]
+
+def _unused(count: int, used: Int) -> Int:
+    return np.setdiff1d(np.arange(count), used)
+
+
+def _occlusion_flags(triads: Sequence[MeasuredTriad]) -> tuple[Flag, ...]:
     return tuple(
-        MeasuredTriad(
-            model=model.name,
-            balls=dict(zip(model.balls, balls[3 * t : 3 * t + 3], strict=True)),
-            pose=replace(pose, covariance=pose.covariance + common[t]),
-            error_mm=float(errors[t]),
+        Flag(
+            "ball-occluded",
+            f"triad {number} along the spine: ball {name} is not seen in the {' and '.join(ball.hidden_in)}"
+            " view; its pose is less certain",
         )
-        for t, pose in enumerate(poses)
+        for number, triad in enumerate(triads, start=1)
+        for name, ball in triad.balls.items()
+        if triad.pose is not None and ball.hidden_in
     )
 
 
-def _common_covariance(rig: Rig, positions_mm: Float, sd_mrad: float) -> Float:
-    """Return the (t, 6, 6) covariance of poses whose rays all point wrong by the same error in a view."""
-    S = np.zeros((len(positions_mm), 6, 6))
-    if sd_mrad > 0:
-        N = np.zeros((len(positions_mm), 3, 3))
-        for camera in (rig.left, rig.right):
-            _, J = plate_projection(camera, positions_mm)
-            N += np.swapaxes(J, -1, -2) @ J / (camera.focal_length_mm * sd_mrad / 1000) ** 2
-        S[:, :3, :3] = np.linalg.inv(N)
-    return S
+def _pose_flags(triads: Sequence[MeasuredTriad]) -> tuple[Flag, ...]:
+    return tuple(
+        Flag("triad-incomplete", f"triad {number} along the spine has no pose: {triad.reason}")
+        for number, triad in enumerate(triads, start=1)
+        if triad.pose is None
+    )
 
 
-def _count_flags(found: int, expected: int | None) -> tuple[Flag, ...]:
+def _count_flags(triads: Sequence[MeasuredTriad], expected: int | None) -> tuple[Flag, ...]:
+    found = sum(triad.pose is not None for triad in triads)
     if expected is None or found == expected:
         return ()
     detail = (

@@ -2,7 +2,7 @@ import numpy as np
 
 from spinewatch.correspondence.matcher import MatcherParameters, match_features
 from spinewatch.features import Features
-from spinewatch.simulation.observations import ball_centres, observe
+from spinewatch.simulation.observations import Noise, ball_centres, observe
 from spinewatch.simulation.rigs import table_3_3_rig
 from spinewatch.simulation.spines import random_spine
 
@@ -10,7 +10,7 @@ from spinewatch.simulation.spines import random_spine
 def test_every_ball_is_among_the_points_with_an_honest_covariance() -> None:
     rng = np.random.default_rng(2)
     rig, poses = table_3_3_rig(), random_spine(rng)
-    seen = observe(rig, poses, rng, sigma_px=0.3, false_features=60)
+    seen = observe(rig, poses, rng, Noise(0.3, false_features=60))
     points = match_features(seen.left, seen.right, rig, MatcherParameters(extra_sd_mrad=0.0))
     left, right = seen.left_ball[points.left_index], seen.right_ball[points.right_index]
     true = (left >= 0) & (left == right)

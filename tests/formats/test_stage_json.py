@@ -52,6 +52,7 @@ def test_document_is_json_and_complete() -> None:
 def test_triad_carries_pose_and_uncertainty() -> None:
     measured = measurement()
     triad, pose = stage_document(measured)["triads"][0], measured.triads[0].triad.pose
+    assert pose is not None
     assert triad["position_mm"] == [1, 2, 3]
     np.testing.assert_array_equal(triad["rotation"], pose.rotation)
     np.testing.assert_array_equal(triad["covariance"], pose.covariance)
@@ -65,6 +66,18 @@ def test_triad_carries_pose_and_uncertainty() -> None:
         "parallax_mm": 0.125,
     }
     assert (triad["model"], triad["error_mm"]) == ("flat-10-14-18", 0.5)
+
+
+def test_what_is_hidden_is_null() -> None:
+    good = measurement()
+    triad = good.triads[0].triad
+    ball = replace(triad.balls["YY"], right_px=None, parallax_mm=None)
+    hidden = replace(triad, balls={"YY": ball}, pose=None, reason="not determined")
+    document = stage_document(replace(good, triads=(LabelledTriad("L1", None, hidden),)))["triads"][0]
+    assert document["reason"] == "not determined"
+    assert document["position_mm"] is document["rotation"] is document["covariance"] is None
+    assert document["balls"]["YY"]["left"] == [7.5, 8]
+    assert document["balls"]["YY"]["right"] is document["balls"]["YY"]["parallax_mm"] is None
 
 
 def test_number_that_is_not_finite_is_refused() -> None:

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spinewatch.camera import Rig
-from spinewatch.simulation.observations import ball_centres, observe
+from spinewatch.simulation.observations import Noise, ball_centres, observe
 from spinewatch.simulation.rigs import large_rig, random_rig, small_rig, table_3_3_rig
 from spinewatch.simulation.spines import random_spine
 from spinewatch.triads.identify import distance_errors
@@ -40,7 +40,7 @@ def test_spines_are_in_order_and_rigid(seed: int, axis: Any) -> None:
 def test_features_tell_their_ball() -> None:
     rng = np.random.default_rng(0)
     rig, poses = table_3_3_rig(), random_spine(rng)
-    seen = observe(rig, poses, rng, sigma_px=0.2, false_features=20, dropped=[4])
+    seen = observe(rig, poses, rng, Noise(0.2, false_features=20), dropped=[4])
     assert set(seen.left_ball) == set(range(12)) - {4} | {-1}
     assert (seen.right_ball == -1).sum() == 20
     balls = ball_centres(poses).reshape(-1, 3)

@@ -63,6 +63,7 @@ def result(labels: tuple[str | None, ...] = ("L1", "T11")) -> dict[str, Any]:
     triad: dict[str, Any] = {
         "label_reason": None,
         "model": "triad",
+        "reason": None,
         "position_mm": [1.0, 2.0, 3.0],
         "position_sd_mm": [0.1, 0.1, 0.2],
         "normal": [0.0, 0.0, 1.0],

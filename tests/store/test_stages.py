@@ -76,3 +76,29 @@ def test_what_does_not_exist(record: Record) -> None:
             stages.get(session, surgery, "PRE")
         with pytest.raises(NotFoundError, match="surgery"):
             stages.get(session, "none", "PRE")
+
+
+def test_a_triad_without_a_pose_is_kept_and_moves_nothing(record: Record) -> None:
+    surgery = new_surgery(record)
+    job = new_stage(record, surgery).job.id
+    document = result(("L1", "T11"))
+    pose = (
+        "position_mm",
+        "position_sd_mm",
+        "normal",
+        "angles_deg",
+        "rotation",
+        "rotation_sd_deg",
+        "covariance",
+    )
+    document["triads"][1] |= {"reason": "not determined", **dict.fromkeys(pose)}
+    with record.writing() as session:
+        lease = jobs.claim(session, job, NOON, timedelta(seconds=5), 3)
+        assert lease is not None
+        jobs.succeed(session, lease, document, NOON)
+    with record.reading() as session:
+        _, measured = stages.measurement(session, surgery, "PRE")
+    assert measured.triads[1].reason == "not determined"
+    assert measured.triads[1].x_mm is None
+    assert measured.triads[1].covariance is None
+    assert list(stages.poses(measured)) == ["L1"]

@@ -10,16 +10,16 @@ from spinewatch.features import Features
 from spinewatch.simulation.observations import ball_centres
 from spinewatch.simulation.rigs import large_rig
 from spinewatch.simulation.spines import random_spine
-from spinewatch.triads.adjustment import adjust_poses
+from spinewatch.triads.adjustment import Adjustment, adjust_poses
+from spinewatch.triads.choose import HIDDEN
+from spinewatch.triads.measure import triad_view
 from spinewatch.triads.model import FLAT_10_14_18
-from spinewatch.triads.pose import Pose, absolute_orientation, vector_from_rotation
+from spinewatch.triads.pose import Pose, absolute_orientation, rotation_from_vector, vector_from_rotation
 
 MODEL = FLAT_10_14_18
 
 
-def adjusted(
-    poses: Sequence[Pose], rng: np.random.Generator, sigma: float
-) -> tuple[tuple[tuple[Pose, ...], Float], Float]:
+def adjusted(poses: Sequence[Pose], rng: np.random.Generator, sigma: float) -> tuple[Adjustment, Float]:
     rig, balls = large_rig(), ball_centres(poses).reshape(-1, 3)
     views = [
         feature_rays(
@@ -33,7 +33,8 @@ def adjusted(
         for camera in (rig.left, rig.right)
     ]
     R, P = absolute_orientation(MODEL.coordinates_mm, intersect(views).position_mm.reshape(-1, 3, 3))
-    return adjust_poses(MODEL, views, P, R), R
+    index = np.arange(len(balls)).reshape(-1, 3)
+    return adjust_poses(MODEL.coordinates_mm, [triad_view(view, index) for view in views], P, R), R
 
 
 def turn_deg(R_true: Float, R: Any) -> Float:
@@ -43,23 +44,62 @@ def turn_deg(R_true: Float, R: Any) -> Float:
 def test_exact_images_give_the_exact_pose() -> None:
     rng = np.random.default_rng(1)
     poses = random_spine(rng, 6)
-    (found, chi2), _ = adjusted(poses, rng, 0.0)
-    for pose, truth in zip(found, poses, strict=True):
+    found, _ = adjusted(poses, rng, 0.0)
+    for i, truth in enumerate(poses):
+        pose = found.pose(i)
         assert np.allclose(pose.position_mm, truth.position_mm, atol=1e-6)
         assert np.linalg.norm(turn_deg(truth.rotation, pose.rotation)) < 1e-5
-    assert chi2.max() < 1e-9
+    assert found.chi2.max() < 1e-9
+    assert found.determined.all()
+    assert set(found.freedom) == {6}
 
 
 def test_covariance_is_calibrated_and_rotations_beat_absolute_orientation() -> None:
     rng = np.random.default_rng(2)
     poses = [pose for _ in range(100) for pose in random_spine(rng, 6)]
-    (found, chi2), kabsch = adjusted(poses, rng, 0.2)
-    rotation = np.array([turn_deg(t.rotation, p.rotation) for t, p in zip(poses, found, strict=True)])
+    found, kabsch = adjusted(poses, rng, 0.2)
+    rotation = np.array([turn_deg(t.rotation, R) for t, R in zip(poses, found.rotation, strict=True)])
     before = np.array([turn_deg(t.rotation, R) for t, R in zip(poses, kabsch, strict=True)])
-    shift = np.array([t.position_mm - p.position_mm for t, p in zip(poses, found, strict=True)])
+    shift = np.array([t.position_mm for t in poses]) - found.position_mm
     e = np.concatenate([shift, rotation], axis=1)
-    d = np.array([x @ np.linalg.solve(p.covariance, x) for x, p in zip(e, found, strict=True)])
+    d = np.array([x @ np.linalg.solve(S, x) for x, S in zip(e, found.covariance, strict=True)])
     assert abs(d.mean() - 6) < 0.6
     assert 0.93 < (d < 12.59).mean() < 0.97  # the 95% quantile of chi2 with 6 degrees of freedom
-    assert abs(chi2.mean() - 6) < 0.6
+    assert abs(found.chi2.mean() - 6) < 0.6
     assert np.sqrt((rotation**2).mean()) < 0.85 * np.sqrt((before**2).mean())
+
+
+def test_balls_that_do_not_determine_a_pose_give_no_covariance() -> None:
+    rig, rng = large_rig(), np.random.default_rng(3)
+    pose = random_spine(rng, 1)[0]
+    balls = ball_centres([pose]).reshape(-1, 3)
+    hidden = np.array([[0, 1, HIDDEN]])
+    views = []
+    for camera in (rig.left, rig.right):
+        features = Features.with_sigma(camera.project(balls), np.ones(3), 0.1)
+        views.append(triad_view(feature_rays(camera, features), hidden))
+    found = adjust_poses(MODEL.coordinates_mm, views, pose.position_mm[None], pose.rotation[None])
+    assert not found.determined[0]
+    assert np.isnan(found.covariance).all()
+    assert found.freedom[0] == 2
+
+
+def test_a_held_axis_keeps_the_pose_from_turning_about_it() -> None:
+    rng = np.random.default_rng(4)
+    poses = random_spine(rng, 1)
+    found, _ = adjusted(poses, rng, 0.1)
+    rig, balls = large_rig(), ball_centres(poses).reshape(-1, 3)
+    views = [
+        triad_view(
+            feature_rays(camera, Features.with_sigma(camera.project(balls), np.ones(3), 0.1)),
+            np.arange(3)[None],
+        )
+        for camera in (rig.left, rig.right)
+    ]
+    axis = np.array([[0.0, 0.6, 0.8]])
+    start = rotation_from_vector(0.05 * axis[0]) @ poses[0].rotation
+    free = adjust_poses(MODEL.coordinates_mm, views, found.position_mm, start[None])
+    held = adjust_poses(MODEL.coordinates_mm, views, found.position_mm, start[None], held_axis=axis)
+    assert np.linalg.norm(turn_deg(poses[0].rotation, free.rotation[0])) < 1e-4
+    assert abs(turn_deg(start, held.rotation[0]) @ axis[0]) < 0.05
+    assert held.chi2[0] > free.chi2[0] + 1

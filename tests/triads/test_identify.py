@@ -46,7 +46,7 @@ def brute_force(positions: Any, tolerance: float) -> set[tuple[int, int, int]]:
 @pytest.mark.parametrize("seed", range(4))
 def test_exactly_the_triplets_within_tolerance_are_found(seed: int) -> None:
     positions = scattered(seed, others=14)
-    parameters = IdentifyParameters(tolerance_mm=4.0, chi2_limit=np.inf)
+    parameters = IdentifyParameters(tolerance_mm=4.0, loss=0.0)
     found = identify_triads(points_at(positions), MODEL, parameters)
     assert {tuple(t) for t in found.point.tolist()} == brute_force(positions, 4.0)
     errors = np.linalg.norm(distance_errors(positions[found.point], MODEL), axis=1)
@@ -57,7 +57,7 @@ def test_exactly_the_triplets_within_tolerance_are_found(seed: int) -> None:
 def test_the_covariance_gate_keeps_true_triads_and_thins_chance() -> None:
     positions = scattered(9, triads=10, others=200)
     gated = identify_triads(points_at(positions, sd=0.2), MODEL, IdentifyParameters())
-    free = identify_triads(points_at(positions, sd=0.2), MODEL, IdentifyParameters(chi2_limit=np.inf))
+    free = identify_triads(points_at(positions, sd=0.2), MODEL, IdentifyParameters(loss=0.0))
     true = {(3 * k, 3 * k + 1, 3 * k + 2) for k in range(10)}
     assert true <= {tuple(t) for t in gated.point.tolist()}
     assert len(gated) < len(free)
@@ -70,7 +70,7 @@ def test_true_errors_follow_their_chi2() -> None:
     R = Rotation.random(n, rng=rng).as_matrix()
     balls = 1000.0 * np.arange(n)[:, None, None] + MODEL.coordinates_mm @ np.swapaxes(R, -1, -2)
     balls = balls + rng.normal(0, 0.3, balls.shape)
-    parameters = IdentifyParameters(chi2_limit=np.inf, model_sd_mm=0.0)
+    parameters = IdentifyParameters(loss=0.0, model_sd_mm=0.0)
     found = identify_triads(points_at(balls.reshape(-1, 3), sd=0.3), MODEL, parameters)
     ordered = np.all(found.point % 3 == [0, 1, 2], axis=1)
     assert ordered.sum() == n
@@ -79,7 +79,7 @@ def test_true_errors_follow_their_chi2() -> None:
 
 def test_h1_is_applied_to_either_image() -> None:
     balls = MODEL.coordinates_mm
-    whole = IdentifyParameters(chi2_limit=np.inf)
+    whole = IdentifyParameters(loss=0.0)
     for shared in ([0, 0, 2], [0, 1, 0], [0, 1, 1]):
         assert len(identify_triads(points_at(balls, left=shared), MODEL, whole)) == 0
         assert len(identify_triads(points_at(balls, right=shared), MODEL, whole)) == 0

@@ -4,8 +4,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from spinewatch.triads.labels import LabelParameters, label_triads, levels
-from spinewatch.triads.pose import MeasuredTriad, Pose
+from spinewatch.triads.labels import KnownRow, LabelParameters, label_triads, levels
+from spinewatch.triads.pose import Ball, MeasuredTriad, Pose, rotation_from_vector
 
 LABELS = ("L1", "T11", "T9", "T7")
 
@@ -88,3 +88,63 @@ def test_the_needed_certainty_is_a_parameter() -> None:
     triads = row(0, 75, 125)
     assert labels_of(triads)[0] == [None] * 3
     assert labels_of(triads, parameters=LabelParameters(least_ratio=1.0))[0] == ["L1", "T9", "T7"]
+
+
+def earlier(**along: float) -> KnownRow:
+    return KnownRow(
+        poses={name: Pose(np.array([x, 0.0, 0.0]), np.eye(3), np.zeros((6, 6))) for name, x in along.items()}
+    )
+
+
+def named(triads: Any, known: KnownRow, labels: Sequence[str] = LABELS) -> list[str | None]:
+    return [t.label for t in label_triads(triads, labels, known=known)[0]]
+
+
+def test_an_earlier_stage_tells_even_which_end_is_missing() -> None:
+    before = earlier(L1=0, T11=42, T9=100, T7=148)
+    assert named(row(10, 69, 117), before) == ["T11", "T9", "T7"]
+    assert named(row(10, 53, 110), before) == ["L1", "T11", "T9"]
+    assert named(row(10, 52), before) == [None, None]  # 42 mm might be T9 and T7, which were 48 mm apart
+
+
+def test_distances_of_radiographs_do_the_same() -> None:
+    distances = {("L1", "T11"): 42.0, ("T9", "T11"): 58.0, ("L1", "T9"): 100.0}
+    known = KnownRow(distances_mm=distances)
+    assert named(row(0, 59), known, LABELS[:3]) == ["T11", "T9"]
+    assert named(row(0, 59), KnownRow(), LABELS[:3]) == [None, None]
+
+
+def test_turns_between_neighbours_decide_where_distances_do_not() -> None:
+    turns = (0.0, 0.5, 1.7, -0.4)
+    poses = [
+        Pose(np.array([50.0 * i, 0, 0]), rotation_from_vector(np.array([0, 0, turn])), np.zeros((6, 6)))
+        for i, turn in enumerate(turns)
+    ]
+    known = KnownRow(poses=dict(zip(LABELS, poses, strict=True)))
+    found = [MeasuredTriad("flat", {}, pose, 0.0) for pose in poses[1:]]
+    assert named(found, known) == ["T11", "T9", "T7"]
+
+
+def test_a_configuration_that_nothing_agrees_with_decides_nothing() -> None:
+    labelled, flags = label_triads(row(0, 20, 200), LABELS, known=earlier(L1=0, T11=50, T9=100, T7=150))
+    assert {t.label for t in labelled} == {None}
+    assert "not where" in flags[0].detail
+
+
+def test_markers_of_different_kinds_make_labels_certain() -> None:
+    kinds = ("small", "large", "body", "small")
+    known = KnownRow(markers=dict(zip(LABELS, kinds, strict=True)))
+    triads = [
+        MeasuredTriad(kind, {}, t.pose, 0.0) for kind, t in zip(("large", "small"), row(0, 77), strict=True)
+    ]
+    assert named(triads, known) == ["T11", "T7"]
+    assert named([MeasuredTriad("body", {}, triads[0].pose, 0.0)], known) == ["T9"]
+    assert named(triads[::-1], KnownRow(markers={"L1": "body"}), LABELS[:2]) == [None, None]
+
+
+def test_a_triad_without_a_pose_counts_in_the_order() -> None:
+    ball = Ball(np.array([52.0, 3, 0]), np.eye(3), np.zeros(2), np.zeros(2), 0.1)
+    triads = [*row(0, 100, 150), MeasuredTriad("flat", {"XX": ball}, None, 0.0, "hidden")]
+    labelled, _ = label_triads(triads, LABELS)
+    assert [t.label for t in labelled] == list(LABELS)
+    assert labelled[1].triad.pose is None

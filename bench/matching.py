@@ -1,0 +1,349 @@
+"""``python -m bench.matching [DIR]``: from features to poses, on simulated scenes and, with DIR, on rendered ones.
+
+``--check`` ends with status 1 when a bar is missed. Times are of the processor, since other work shares it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+import numpy as np
+
+from bench import scenes
+from bench.scoring import GATE_MM, rms
+from bench.tables import Bar, Grid, bars
+from spinewatch.camera import Float, Rig
+from spinewatch.correspondence.rig_check import check_rig, moved_camera
+from spinewatch.simulation.observations import Noise, observe
+from spinewatch.simulation.planner import plan, straight_row
+from spinewatch.simulation.rigs import converging_rig, large_rig, small_rig
+from spinewatch.simulation.scenes import SceneParameters, SimulatedScene, aim_point, simulate_scene
+from spinewatch.simulation.spines import random_spine
+from spinewatch.triads.measure import MeasureParameters
+from spinewatch.triads.model import FLAT_10_14_18, scaled
+from spinewatch.triads.pose import Pose, vector_from_rotation
+from spinewatch.triads.search import SearchParameters, ball_images, match_triads
+
+SCENES = 2000
+CHI2_95 = 7.815  # 3 degrees of freedom
+_EXACT = SearchParameters(measure=MeasureParameters(common_sd_mrad=0.0))
+_LEVELS = ("L1", "T11", "T9", "T7", "T5", "T3", "T1")
+
+
+@dataclass
+class Tally:
+    """Counts over the scenes of one kind; chi-squares of (position, rotation) by whether a ball was hidden."""
+
+    name: str
+    complete: int = 0
+    scenes: int = 0
+    placed: int = 0
+    posed: int = 0
+    false: int = 0
+    hidden: int = 0
+    hidden_posed: int = 0
+    milliseconds: list[float] = field(default_factory=list)
+    position_mm: list[float] = field(default_factory=list)
+    rotation_deg: list[float] = field(default_factory=list)
+    surprise: dict[bool, list[tuple[float, float]]] = field(default_factory=lambda: {False: [], True: []})
+
+    @property
+    def complete_pct(self) -> float:
+        """Scenes in which every triad has a pose."""
+        return 100 * self.complete / self.scenes
+
+    @property
+    def false_pct(self) -> float:
+        """Scenes with a triad where there is none."""
+        return 100 * self.false / self.scenes
+
+    def coverage(self, occluded: bool) -> tuple[float, float]:
+        """Return how many percent of positions and of rotations lie in their 95% region; NaN of nothing."""
+        values = np.array(self.surprise[occluded]).reshape(-1, 2)
+        if not len(values):
+            return float("nan"), float("nan")
+        position, rotation = 100 * (values <= CHI2_95).mean(axis=0)
+        return float(position), float(rotation)
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """All that was measured."""
+
+    simulated: Sequence[Tally]
+    drift: Sequence[tuple[str, float]]
+    rendered: scenes.Outcome | None
+
+    @cached_property
+    def bars(self) -> tuple[Bar, ...]:
+        """What was promised."""
+        by_name = {tally.name: tally for tally in self.simulated}
+        found = [*_simulated_bars(by_name), *_drift_bars(dict(self.drift))]
+        if self.rendered is not None:
+            found += _rendered_bars(self.rendered.figures["all"])
+        return tuple(found)
+
+    @property
+    def grids(self) -> Iterator[Grid]:
+        """The tables."""
+        yield _simulated_grid(self.simulated)
+        yield Grid.of(
+            "A bumped camera, found from 5 triads at 0.1 px, % of bumps",
+            ["bump of the right camera", "flagged"],
+            ((name, f"{share:.0f}%") for name, share in self.drift),
+        )
+        yield limits()
+        yield bars(self.bars)
+
+
+def measure(count: int, root: Path | None) -> Outcome:
+    """Run everything; ``count`` scenes for the bars that count scenes, fewer for the others."""
+    ten, rig = Noise(0.1, 0.0, 10), large_rig()
+    plain = SceneParameters(noise=ten)
+    part = max(count // 10, 20)
+    kinds = [
+        ("complete", rig, plain, count),
+        ("one ball hidden", rig, replace(plain, hidden=1), count // 2),
+        ("320 mm, 24 deg", small_rig(), plain, part),
+        ("300 mm, 18 deg", converging_rig(300, 18), plain, part),
+        ("480 mm, 32 deg", converging_rig(480, 32), plain, part),
+        ("table 3.3 errors, 0.13 mrad shared", rig, replace(plain, noise=Noise(0.1, 0.13, 10)), part),
+        ("gaps 1:3:2", rig, replace(plain, steps=(1.0, 3.0, 2.0), spacing_mm=30.0), part),
+        ("bent by 90 deg", rig, replace(plain, bend_deg=90.0), part),
+        ("100 false features, 0.25 px", rig, replace(plain, noise=Noise(0.25, 0.0, 100)), part),
+        ("7 triads, 60 features", rig, _crowd(7, 39), part),
+        ("5 triads, 200 features", rig, _crowd(5, 185), part),
+    ]
+    simulated = [simulate(*kind) for kind in kinds]
+    rendered = scenes.measure(root) if root is not None else None
+    return Outcome(simulated, drift_found(40), rendered)
+
+
+def simulate(name: str, rig: Rig, parameters: SceneParameters, count: int) -> Tally:
+    """Measure ``count`` random scenes."""
+    tally = Tally(name)
+    shared = parameters.noise.common_sd_mrad
+    search = replace(_EXACT, measure=MeasureParameters(common_sd_mrad=shared))
+    for number in range(count):
+        scene = simulate_scene(rig, parameters, np.random.default_rng([1995, number]))
+        _count(tally, scene, search)
+    return tally
+
+
+def drift_found(count: int) -> tuple[tuple[str, float], ...]:
+    """Return the percentage of bumps found, by bump: turns of 0.05 degrees and shifts of 0.2 mm, and none."""
+    names = (
+        *(f"0.05 deg about its {axis}" for axis in "xyz"),
+        *(f"0.2 mm along its {axis}" for axis in "xyz"),
+    )
+    moves = np.diag([*np.radians([0.05] * 3), *[0.2] * 3])
+    return (
+        ("none", _flagged(np.zeros(6), 5 * count)),
+        *((name, _flagged(move, count)) for name, move in zip(names, moves, strict=True)),
+    )
+
+
+def limits() -> Grid:
+    """Return what limits a measurement and what would better it, by prediction."""
+    kinds = (
+        ("as it is, 0.1 px", large_rig(), 1.0, 0.1),
+        ("0.05 px", large_rig(), 1.0, 0.05),
+        ("triads 1.5 times larger", large_rig(), 1.5, 0.1),
+        ("1920 x 1408 sensor, 0.1 of its px", converging_rig(420, 32, image_size_px=(1920, 1408)), 1.0, 0.1),
+        (
+            "1920 x 1408 sensor, 0.34 of its px",
+            converging_rig(420, 32, image_size_px=(1920, 1408)),
+            1.0,
+            0.34,
+        ),
+    )
+    rows = []
+    for name, rig, size, sigma in kinds:
+        row = straight_row(_LEVELS[:4], aim_point(rig), 50.0)
+        planned = plan(rig, scaled(FLAT_10_14_18, size), _LEVELS[:4], row, sigma)
+        far = planned.triads[-1]
+        rows.append(
+            (
+                name,
+                f"{rms([np.linalg.norm(t.position_sd_mm) for t in planned.triads]):.2f}",
+                f"{rms([t.in_plane_sd_deg for t in planned.triads]):.2f}",
+                f"{rms([t.out_of_plane_sd_deg for t in planned.triads]):.2f}",
+                f"{np.linalg.norm(far.motion_sd_mm):.2f}",
+                f"{planned.cobb_sd_deg:.2f}",
+            )
+        )
+    columns = ["", "P mm", "in plane deg", "tilt deg", "motion of the far end mm", "Cobb deg"]
+    return Grid.of("Predicted standard deviations, 4 triads 50 mm apart", columns, rows)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the benchmark; return the exit status."""
+    parser = argparse.ArgumentParser(prog="python -m bench.matching", description=__doc__)
+    parser.add_argument("directory", type=Path, nargs="?", help="rendered scenes with truth")
+    parser.add_argument("--scenes", type=int, default=SCENES, help="simulated scenes of the first kind")
+    parser.add_argument("--check", action="store_true", help="exit with 1 when a bar is missed")
+    parser.add_argument("--json", type=Path, help="write the bars here")
+    options = parser.parse_args(arguments)
+    outcome = measure(options.scenes, options.directory)
+    for grid in outcome.grids:
+        grid.print()
+    if options.json:
+        reached = {bar.promise: {"reached": bar.reached, "holds": bar.holds} for bar in outcome.bars}
+        options.json.write_text(json.dumps(reached, indent=2) + "\n")
+    return 0 if all(bar.holds for bar in outcome.bars) or not options.check else 1
+
+
+def _crowd(triads: int, false: int) -> SceneParameters:
+    return SceneParameters(labels=_LEVELS[:triads], spacing_mm=45.0, noise=Noise(0.1, 0.0, false))
+
+
+def _count(tally: Tally, scene: SimulatedScene, parameters: SearchParameters) -> None:
+    start = process_time()
+    search = match_triads(
+        scene.seen.left,
+        scene.seen.right,
+        scene.rig,
+        parameters,
+        expected=len(scene.poses),
+        axis=scene.parameters.axis,
+    )
+    tally.milliseconds.append((process_time() - start) * 1e3)
+    hidden = {ball // 3 for ball, _ in scene.hidden}
+    places = np.array([pose.position_mm for pose in scene.poses])
+    found = set()
+    for triad in search.triads:
+        if triad.pose is None:
+            continue
+        gap = np.linalg.norm(places - triad.pose.position_mm, axis=1)
+        nearest = int(gap.argmin())
+        if gap[nearest] > GATE_MM or nearest in found:
+            tally.false += 1
+            continue
+        found.add(nearest)
+        occluded = any(ball.hidden_in for ball in triad.balls.values())
+        shift, turn = _errors(scene.poses[nearest], triad.pose)
+        tally.surprise[occluded].append(
+            (_chi2(shift, triad.pose.covariance[:3, :3]), _chi2(turn, triad.pose.covariance[3:, 3:]))
+        )
+        if not occluded:
+            tally.position_mm.append(float(np.linalg.norm(shift)))
+            tally.rotation_deg.append(float(np.linalg.norm(turn)))
+    tally.scenes += 1
+    tally.placed += len(scene.poses)
+    tally.posed += len(found)
+    tally.complete += len(found) == len(scene.poses)
+    tally.hidden += len(hidden)
+    tally.hidden_posed += len(hidden & found)
+
+
+def _errors(truth: Pose, found: Pose) -> tuple[Float, Float]:
+    turn = np.degrees(vector_from_rotation(truth.rotation @ found.rotation.T))
+    return truth.position_mm - found.position_mm, turn
+
+
+def _chi2(error: Float, covariance: Float) -> float:
+    return float(error @ np.linalg.solve(covariance, error))
+
+
+def _flagged(move: Float, count: int) -> float:
+    rig = large_rig()
+    true = Rig("bumped", rig.left, moved_camera(rig.right, move[:3], move[3:]))
+    flags = []
+    for seed in range(count):
+        rng = np.random.default_rng([5, seed])
+        seen = observe(true, random_spine(rng, 5, spacing_mm=45), rng, Noise(0.1, 0.0, 10))
+        found = match_triads(seen.left, seen.right, rig, _EXACT, expected=5, axis="x")
+        check = check_rig(rig, *ball_images(found, seen.left, seen.right))
+        flags.append(check is not None and check.drifted)
+    return 100 * float(np.mean(flags))
+
+
+def _simulated_grid(tallies: Sequence[Tally]) -> Grid:
+    columns = [
+        "scenes",
+        "n",
+        "all posed",
+        "false",
+        "hidden posed",
+        "P mm",
+        "rotation deg",
+        "in 95% (P, rot)",
+        "occluded",
+        "ms",
+    ]
+    rows = (
+        (
+            t.name,
+            t.scenes,
+            f"{t.complete_pct:.2f}%",
+            t.false,
+            f"{t.hidden_posed}/{t.hidden}",
+            f"{rms(t.position_mm):.2f}",
+            f"{rms(t.rotation_deg):.2f}",
+            "{:.1f} {:.1f}".format(*t.coverage(False)),
+            "{:.1f} {:.1f}".format(*t.coverage(True)),
+            f"{np.median(t.milliseconds):.1f}",
+        )
+        for t in tallies
+    )
+    return Grid.of("Simulated scenes", columns, rows)
+
+
+def _simulated_bars(by_name: dict[str, Tally]) -> Iterator[Bar]:
+    complete, hidden = by_name["complete"], by_name["one ball hidden"]
+    yield Bar(
+        f"all triads in >= 99.5% of {complete.scenes} scenes",
+        f"{complete.complete_pct:.2f}%",
+        complete.complete_pct >= 99.5,
+    )
+    yield Bar("false triads in < 0.1% of them", f"{complete.false_pct:.2f}%", complete.false_pct < 0.1)
+    share = 100 * hidden.hidden_posed / hidden.hidden
+    yield Bar("a pose in >= 98% with a ball hidden in a view", f"{share:.1f}%", share >= 98)
+    yield Bar("false triads there in < 0.1%", f"{hidden.false_pct:.2f}%", hidden.false_pct < 0.1)
+    for name, values in (("complete", complete.coverage(False)), ("occluded", hidden.coverage(True))):
+        text = "{:.1f}%, {:.1f}%".format(*values)
+        yield Bar(f"95% regions hold 93-97%, {name}", text, all(93 <= value <= 97 for value in values))
+    for name in ("320 mm, 24 deg", "300 mm, 18 deg", "480 mm, 32 deg", "gaps 1:3:2", "bent by 90 deg"):
+        tally = by_name[name]
+        yield Bar(
+            f"all triads, {name}", f"{tally.complete_pct:.1f}%", tally.complete_pct >= 99 and not tally.false
+        )
+    for name, most in (("7 triads, 60 features", 20), ("5 triads, 200 features", 50)):
+        ms = float(np.median(by_name[name].milliseconds))
+        yield Bar(f"{name} in < {most} ms", f"{ms:.1f} ms", ms < most)
+
+
+def _drift_bars(found: dict[str, float]) -> Iterator[Bar]:
+    turn, shift = found["0.05 deg about its x"], found["0.2 mm along its y"]
+    yield Bar("a turn of 0.05 deg across the epipolar lines is flagged", f"{turn:.0f}%", turn >= 95)
+    yield Bar("a shift of 0.2 mm across them is flagged", f"{shift:.0f}%", shift >= 75)
+    yield Bar("a rig as calibrated is flagged in <= 1%", f"{found['none']:.1f}%", found["none"] <= 1)
+
+
+def _rendered_bars(figures: dict[str, Any]) -> Iterator[Bar]:
+    yield Bar(
+        "rendered: within 1 mm >= 95%", f"{figures['within1mm_pct']:.1f}%", figures["within1mm_pct"] >= 95
+    )
+    yield Bar("rendered: no false triad", str(figures["false"]), figures["false"] == 0)
+    for name, most in (
+        ("P_rms_mm", 0.25),
+        ("rot_rms_deg", 1.4),
+        ("inplane_rms_deg", 0.35),
+        ("motion_t_rms_mm", 0.6),
+        ("motion_rot_rms_deg", 2.5),
+        ("motion_inplane_rms_deg", 0.7),
+    ):
+        value = float(figures[name])
+        yield Bar(f"rendered: {name} <= {most}", f"{value:.2f}", value <= most)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

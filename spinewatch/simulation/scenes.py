@@ -1,0 +1,163 @@
+"""Simulated scenes: triads, what a detector reports of them, and the truth in the form of the rendered scenes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from spinewatch.camera import Camera, Float, Rig
+from spinewatch.simulation.observations import HiddenImage, Noise, Observation, Side, ball_centres, observe
+from spinewatch.simulation.rigs import perturbed_rig
+from spinewatch.simulation.spines import random_spine
+from spinewatch.triads.model import FLAT_10_14_18, TriadModel
+from spinewatch.triads.pose import Pose
+
+SIDES: tuple[Side, Side] = ("left", "right")
+
+
+@dataclass(frozen=True)
+class SceneParameters:
+    """What a scene is made of.
+
+    ``labels`` of the triads along ``axis``, ``spacing_mm`` apart times ``steps``, in a row that turns by
+    ``bend_deg``; ``hidden`` triads lack one ball in one view; ``calibration_sd_deg`` and ``_mm``, the error of
+    the right camera in the rig that the scene is measured with.
+    """
+
+    labels: tuple[str, ...] = ("L1", "T11", "T9", "T7")
+    axis: Literal["x", "y"] = "x"
+    spacing_mm: float = 50.0
+    steps: tuple[float, ...] | None = None
+    bend_deg: float = 0.0
+    noise: Noise = field(default_factory=lambda: Noise(0.1, 0.0, 10))
+    hidden: int = 0
+    calibration_sd_deg: float = 0.0
+    calibration_sd_mm: float = 0.0
+    model: TriadModel = FLAT_10_14_18
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedScene:
+    """True ``poses`` seen by ``true_rig``, and what is given to measure them: ``rig`` and ``seen``."""
+
+    parameters: SceneParameters
+    true_rig: Rig
+    rig: Rig
+    poses: tuple[Pose, ...]
+    hidden: tuple[HiddenImage, ...]
+    seen: Observation
+
+
+def simulate_scene(rig: Rig, parameters: SceneParameters, rng: np.random.Generator) -> SimulatedScene:
+    """Return a random scene in front of a rig, about the point that its optical axes have in common."""
+    p = parameters
+    count, balls = len(p.labels), len(p.model.balls)
+    middle = aim_point(rig)
+    poses = random_spine(
+        rng,
+        count,
+        axis=p.axis,
+        spacing_mm=p.spacing_mm,
+        steps=p.steps,
+        bend_deg=p.bend_deg,
+        centre_mm=(float(middle[0]), float(middle[1]), float(middle[2])),
+    )
+    triads = rng.choice(count, min(p.hidden, count), replace=False)
+    hidden = tuple(
+        (int(balls * t + rng.integers(balls)), SIDES[int(rng.integers(2))]) for t in np.sort(triads)
+    )
+    seen = observe(rig, poses, rng, p.noise, hidden=hidden, models=[p.model] * count)
+    known = perturbed_rig(rig, rng, p.calibration_sd_deg, p.calibration_sd_mm)
+    return SimulatedScene(p, rig, known, poses, hidden, seen)
+
+
+def aim_point(rig: Rig) -> Float:
+    """Return the point (3,) nearest to both optical axes, mm."""
+    axes = -np.stack([rig.left.M[2], rig.right.M[2]])
+    centres = np.stack([rig.left.centre, rig.right.centre])
+    across = np.eye(3) - axes[:, :, None] * axes[:, None, :]
+    b = (across @ centres[:, :, None]).sum(axis=0)[:, 0]
+    return np.asarray(np.linalg.solve(across.sum(axis=0), b), dtype=np.float64)
+
+
+def truth_document(scene: SimulatedScene, name: str) -> dict[str, Any]:
+    """Return the truth of a scene in the form of the rendered scenes' truth.json, without what only images have."""
+    p, rig = scene.parameters, scene.true_rig
+    return {
+        "format": "spinewatch-simulated-1",
+        "id": name,
+        "kind": "single",
+        "rig_id": rig.name,
+        "image_size": list(rig.left.image_size_px),
+        "cameras": {side: _camera_document(getattr(rig, side)) for side in SIDES},
+        "rig": {"baseline_mm": rig.baseline_mm, "vergence_deg": rig.vergence_deg},
+        "imaging": {
+            "exposure_kind": "simulated",
+            "sigma_px": p.noise.sigma_px,
+            "common_sd_mrad": p.noise.common_sd_mrad,
+            "false_features": p.noise.false_features,
+        },
+        "triads": [_triad_document(scene, index) for index in range(len(scene.poses))],
+        "n_triads": len(scene.poses),
+        "spine_axis": p.axis,
+        "labels_along_axis": list(p.labels),
+        "stage": None,
+    }
+
+
+def _triad_document(scene: SimulatedScene, index: int) -> dict[str, Any]:
+    pose, model = scene.poses[index], scene.parameters.model
+    centres = ball_centres([pose], model)[0]
+    hidden = {
+        (ball - index * len(centres), side) for ball, side in scene.hidden if ball // len(centres) == index
+    }
+    balls = {
+        name: {"center_mm": centres[b].tolist()}
+        | {side: _view_document(scene, centres[b], side, (b, side) not in hidden) for side in SIDES}
+        for b, name in enumerate(model.balls)
+    }
+    return {
+        "index": index,
+        "vertebra": scene.parameters.labels[index],
+        "P_mm": pose.position_mm.tolist(),
+        "normal": pose.normal.tolist(),
+        "R_object_from_triad": pose.rotation.tolist(),
+        "tilt_deg": float(pose.angles_deg[2]),
+        "alpha_beta_gamma_deg": pose.angles_deg.tolist(),
+        "all_balls_visible_both_views": all(
+            ball[side]["visible"] for ball in balls.values() for side in SIDES
+        ),
+        "balls": balls,
+    }
+
+
+def _view_document(scene: SimulatedScene, centre: Float, side: Side, shown: bool) -> dict[str, Any]:
+    camera: Camera = getattr(scene.true_rig, side)
+    pixel = camera.project(centre)
+    inside = bool(np.all((pixel >= 0) & (pixel <= np.array(camera.image_size_px) - 1)))
+    return {
+        "center_px": pixel.tolist(),
+        "center_plate_mm": camera.plate(pixel).tolist(),
+        "diameter_px": list(
+            camera.ball_diameter_px(scene.parameters.model.ball_diameter_mm, camera.depth_mm(centre))
+        ),
+        "distance_mm": float(np.linalg.norm(centre - camera.centre)),
+        "in_image": inside,
+        "visible": shown and inside,
+        "visible_fraction": float(shown and inside),
+    }
+
+
+def _camera_document(camera: Camera) -> dict[str, Any]:
+    (width, height), (px, py) = camera.image_size_px, camera.pixel_size_mm
+    thesis = dict(zip(("X0_mm", "Y0_mm", "Z0_mm"), camera.position_mm, strict=True))
+    thesis |= dict(zip(("omega_deg", "phi_deg", "kappa_deg"), camera.rotation_deg, strict=True))
+    thesis |= {"f_mm": camera.focal_length_mm}
+    thesis |= dict(zip(("x0_mm", "y0_mm"), camera.principal_point_mm, strict=True))
+    thesis |= dict(zip(("K1_per_mm2", "K2"), camera.radial, strict=True))
+    thesis |= dict(zip(("P1", "P2"), camera.decentering, strict=True))
+    pixel = {"width": width, "height": height, "px_mm": px, "py_mm": py}
+    pixel |= {"u0": (width - 1) / 2, "v0": (height - 1) / 2, "aspect": py / px}
+    return {"thesis": thesis, "M": camera.M.tolist(), "pixel": pixel}
