@@ -116,7 +116,9 @@ def detect(
         ),
         PropertySpace.DIRECTIVITY,
     )
-    box = surgical_field(np.abs(gradient).sum(axis=0), _field_parameters(parameters.field, ball, templates))
+    box = surgical_field(
+        np.abs(gradient[0]) + np.abs(gradient[1]), _field_parameters(parameters.field, ball, templates)
+    )
     crop = np.s_[..., box.v0 : box.v1, box.u0 : box.u1]
     space = _search(small[crop], gradient[crop], side, ball, templates, parameters)
     xy, score = _segment(space, ball, parameters)

@@ -98,7 +98,7 @@ def similarity(image: Floating, templates: Templates, measure: Measure) -> Float
     product = correlation(t)
     if measure in (Measure.OCC, Measure.CCM):
         return product
-    squared = _pad((image * image).sum(axis=0, keepdims=True), templates)
+    squared = _pad(np.einsum("chw,chw->hw", image, image)[None], templates)
     energy = _Correlator(squared, mask.shape)(mask[None, None])[0]
     if measure is Measure.RHO:
         for plane in range(len(image)):
@@ -113,7 +113,10 @@ def similarity(image: Floating, templates: Templates, measure: Measure) -> Float
 
 def _normalise(product: Floating, energy: Floating, own: Floating, terms: int) -> Floating:
     floor = _FLAT * terms
-    return np.where(energy > floor, product / np.sqrt(np.maximum(energy, floor) * np.maximum(own, floor)), 0)
+    scale = np.where(energy > floor, 1 / np.sqrt(np.maximum(energy, floor)), 0)
+    return np.asarray(
+        product * scale.astype(product.dtype) / np.sqrt(np.maximum(own, floor)).astype(product.dtype)
+    )
 
 
 def _pad(image: Floating, templates: Templates) -> Floating:

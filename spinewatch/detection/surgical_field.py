@@ -61,12 +61,16 @@ def surgical_field(activity: Floating, parameters: FieldParameters) -> SurgicalF
 
 def segment_statistics(image: Floating, axis: int, segment_px: int) -> tuple[Floating, Floating]:
     """Return mean and standard deviation of segments of rows (axis 0) or columns (axis 1), as figs 4.8 and 4.10."""
-    lines = image if axis == 0 else image.T
-    starts = np.arange(0, len(lines), segment_px)
-    count = np.diff(np.append(starts, len(lines))) * lines.shape[1]
-    mean = np.add.reduceat(lines.sum(axis=1, dtype=np.float64), starts) / count
-    square = np.add.reduceat(np.square(lines, dtype=np.float64).sum(axis=1), starts) / count
+    mean = segment_means(image, axis, segment_px)
+    square = segment_means(np.square(image, dtype=np.float64), axis, segment_px)
     return mean, np.sqrt(np.maximum(square - mean**2, 0))
+
+
+def segment_means(image: Floating, axis: int, segment_px: int) -> Floating:
+    """Return the means of segments of rows (axis 0) or columns (axis 1) of an image (H, W)."""
+    starts = np.arange(0, image.shape[axis], segment_px)
+    count = np.diff(np.append(starts, image.shape[axis])) * image.shape[1 - axis]
+    return np.asarray(np.add.reduceat(image.sum(axis=1 - axis, dtype=np.float64), starts) / count)
 
 
 def threshold(statistic: Floating, alpha: float) -> float:
@@ -83,7 +87,7 @@ def modes(statistic: Floating, level: float) -> list[tuple[int, int]]:
 
 def _extent(activity: Floating, axis: int, parameters: FieldParameters) -> tuple[int, int]:
     length = activity.shape[axis]
-    mean, _ = segment_statistics(activity, axis, parameters.segment_px)
+    mean = segment_means(activity, axis, parameters.segment_px)
     width = min(parameters.smoothing, len(mean)) // 2
     smooth = np.convolve(np.pad(mean, width, "edge"), np.ones(2 * width + 1) / (2 * width + 1), "valid")
     level = threshold(smooth, parameters.alpha)
