@@ -15,6 +15,10 @@ if TYPE_CHECKING:
 
 cli = typer.Typer(help="Template sets of the detector.", no_args_is_help=True)
 
+Classes = Annotated[
+    int | None, typer.Option(min=1, help="Fix the number of classes.", show_default="by silhouette")
+]
+
 _BALL_MM = 8.0
 _VISIBLE = 0.9
 
@@ -30,9 +34,13 @@ def build(
     rig: Annotated[Path, typer.Option(help="The rig JSON that the images were taken with.")],
     out: Annotated[Path, typer.Option(help="Where to write the set.")],
     version: Annotated[str, typer.Option(help="Name stored with every result.")],
+    gray_classes: Classes = None,
+    edge_classes: Classes = None,
+    directivity_classes: Classes = None,
 ) -> None:
     """Build a template set from images whose ball centres are annotated (thesis section 4.3.2)."""
     # The command line starts without the libraries that it does not need.
+    from commands.template_report import print_built_set  # noqa: PLC0415
     from spinewatch.detection.annotation import BuildParameters, build_template_set  # noqa: PLC0415
     from spinewatch.detection.detector import DetectionParameters  # noqa: PLC0415
     from spinewatch.detection.templates import write_template_set  # noqa: PLC0415
@@ -40,8 +48,10 @@ def build(
 
     cameras = parse_rig(rig.read_bytes())
     views = [_view(folder, side, cameras) for folder in folders for side in ("left", "right")]
-    made = build_template_set(views, version, BuildParameters(), DetectionParameters())
-    out.write_bytes(write_template_set(made))
+    parameters = BuildParameters(gray_classes, edge_classes, directivity_classes)
+    built = build_template_set(views, version, parameters, DetectionParameters())
+    out.write_bytes(write_template_set(built.templates))
+    print_built_set(built)
     typer.echo(f"{out}: version {version}, {sum(len(view.centres_px) for view in views)} balls")
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import get_args
 
@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from spinewatch.detection.clusters import complete_link, silhouette
 from spinewatch.detection.detector import DetectionParameters
 from spinewatch.detection.edges import Planes, PropertySpace, property_planes
 from spinewatch.detection.preprocess import correct_exposure, log_tone, to_gray, truncated_median_filter
@@ -19,9 +20,12 @@ from spinewatch.detection.templates import (
     Side,
     TemplateError,
     TemplateSet,
+    TemplateTree,
     build_tree,
     cut_samples,
+    normalise_samples,
     round_mask,
+    sample_distances,
 )
 
 REFERENCE_PX = (9.0, 9.0 / 0.845)
@@ -42,28 +46,86 @@ class AnnotatedView:
 class BuildParameters:
     """Parameters of ``build_template_set``.
 
-    Classes per property space: six and four are what the thesis found; gradient vectors follow the edges.
-    ``mask_radii``: the mask's radius in ball radii, the ball and a thin ring about it. ``white_ridge``: how much
-    independent clutter is supposed beside the correlated, as a multiple of its mean variance.
+    Classes per property space: None takes the number, from 2 to ``most_classes``, with the greatest mean silhouette;
+    six gray and four edge classes are what the thesis found by eye. ``mask_radii``: the mask's radius in ball radii,
+    the ball and a thin ring about it. ``white_ridge``: how much independent clutter is supposed beside the
+    correlated, as a multiple of its mean variance.
     """
 
-    gray_classes: int = 6
-    edge_classes: int = 4
-    directivity_classes: int = 4
+    gray_classes: int | None = None
+    edge_classes: int | None = None
+    directivity_classes: int | None = None
+    most_classes: int = 8
     mask_radii: float = 1.38
     white_ridge: float = 3.0
 
 
+@dataclass(frozen=True, eq=False)
+class BuiltSet:
+    """A template set, and by property space the mean silhouette of each number of classes that was tried."""
+
+    templates: TemplateSet
+    silhouettes: Mapping[PropertySpace, Mapping[int, float]]
+
+
 def build_template_set(
     views: Iterable[AnnotatedView], version: str, parameters: BuildParameters, detection: DetectionParameters
-) -> TemplateSet:
+) -> BuiltSet:
     """Return the trees of both sides in all property spaces, prepared just as ``detect`` prepares an image.
 
     The root of the directivity space is whitened: what balls have in common with wounds counts less than what
-    tells them apart.
-
-    Raises ``TemplateError`` when a side has too few balls for its classes.
+    tells them apart. Raises ``TemplateError`` when a side has too few balls for its classes.
     """
+    views = tuple(views)
+    if len({view.side for view in views}) < len(get_args(Side)):
+        raise TemplateError("a template set needs balls in left and in right images; annotate both")
+    samples, clutter = _collect(views, detection)
+    mask = round_mask(REFERENCE_PX, parameters.mask_radii)
+    fixed = {
+        PropertySpace.GRAY: parameters.gray_classes,
+        PropertySpace.EDGE: parameters.edge_classes,
+        PropertySpace.DIRECTIVITY: parameters.directivity_classes,
+    }
+    trees: dict[tuple[Side, PropertySpace], TemplateTree] = {}
+    silhouettes: dict[PropertySpace, dict[int, float]] = {}
+    for space, count in fixed.items():
+        sides = {side: samples[side, space] for side in get_args(Side)}
+        if count is None:
+            units = [normalise_samples(space, patches, mask) for patches in sides.values()]
+            silhouettes[space] = class_silhouettes(units, parameters.most_classes)
+            count = max(silhouettes[space], key=silhouettes[space].__getitem__)  # noqa: PLW2901
+        for side, patches in sides.items():
+            trees[side, space] = build_tree(space, patches, mask, count)
+    noise = clutter_covariance(clutter, mask)
+    for side in get_args(Side):
+        tree = trees[side, PropertySpace.DIRECTIVITY]
+        white = whiten(tree.roots, mask, noise, parameters.white_ridge)
+        trees[side, PropertySpace.DIRECTIVITY] = replace(tree, roots=white)
+    return BuiltSet(TemplateSet(version, REFERENCE_PX, trees), silhouettes)
+
+
+def class_silhouettes(units: Sequence[Floating], most: int) -> dict[int, float]:
+    """Return the mean silhouette over all sides' normalised samples of 2 to ``most`` complete-link classes, in order.
+
+    The sides share the criterion, so that they get as many classes and twice the samples decide. Raises
+    ``TemplateError`` when a side has fewer than three samples.
+    """
+    distances = [sample_distances(unit) for unit in units]
+    counts = range(2, min(most, *(len(distance) - 1 for distance in distances)) + 1)
+    if not counts:
+        raise TemplateError("classes need three balls a side to be told apart; annotate more")
+    return {
+        count: float(
+            np.mean([silhouette(distance, complete_link(distance, count)) for distance in distances])
+        )
+        for count in counts
+    }
+
+
+def _collect(
+    views: Sequence[AnnotatedView], detection: DetectionParameters
+) -> tuple[dict[tuple[Side, PropertySpace], Floating], list[Planes]]:
+    """Return each side's samples (m, C, 19, 19) by property space, and the gradients of all images."""
     gradients: list[Planes] = []
     samples: dict[tuple[Side, PropertySpace], list[Floating]] = defaultdict(list)
     for view in views:
@@ -76,25 +138,7 @@ def build_template_set(
             for centre, (width, height) in zip(view.centres_px, view.balls_px, strict=True):
                 scale = (REFERENCE_PX[0] / width, REFERENCE_PX[1] / height)
                 samples[view.side, space].append(cut_samples(planes, [tuple(centre)], scale))
-    if len(samples) < 2 * len(PropertySpace):
-        raise TemplateError("a template set needs balls in left and in right images; annotate both")
-    mask = round_mask(REFERENCE_PX, parameters.mask_radii)
-    classes = {
-        PropertySpace.GRAY: parameters.gray_classes,
-        PropertySpace.EDGE: parameters.edge_classes,
-        PropertySpace.DIRECTIVITY: parameters.directivity_classes,
-    }
-    trees = {
-        (side, space): build_tree(space, np.concatenate(patches), mask, classes[space])
-        for (side, space), patches in samples.items()
-    }
-    clutter = clutter_covariance(gradients, mask)
-    for side in get_args(Side):
-        key = side, PropertySpace.DIRECTIVITY
-        trees[key] = replace(
-            trees[key], roots=whiten(trees[key].roots, mask, clutter, parameters.white_ridge)
-        )
-    return TemplateSet(version, REFERENCE_PX, trees)
+    return {key: np.concatenate(patches) for key, patches in samples.items()}, gradients
 
 
 def clutter_covariance(gradients: Sequence[Planes], mask: Floating) -> Floating:

@@ -25,7 +25,6 @@ from spinewatch.detection.highlight import (
 from spinewatch.detection.outline import OutlineParameters, fit_outlines
 from spinewatch.detection.preprocess import reduce_image, to_gray
 from spinewatch.features import Features
-from spinewatch.parallel import both
 
 Float = NDArray[np.float64]
 Bool = NDArray[np.bool_]
@@ -108,7 +107,7 @@ def refine_centres(left: View, right: View, radius_mm: float, parameters: Centre
     Large images are reduced by a whole factor first, so that a ball is about nine pixels wide.
     """
     views = (left, right)
-    cues = both(lambda view: _measure_cues(view, parameters), left, right)
+    cues = _measure_cues(left, parameters), _measure_cues(right, parameters)
     balls = [reflectors(v.camera, v.features.xy_px, v.range_mm, radius_mm) for v in views]
     lamp = _locate_lamp(cues, balls, (left.camera.centre + right.camera.centre) / 2, parameters)
     a, b = (
@@ -124,7 +123,7 @@ def refine_centres(left: View, right: View, radius_mm: float, parameters: Centre
 
 
 def _measure_cues(view: View, p: CentreParameters) -> _Cues:
-    factor = max(1, round(view.ball_px[0] / _BALL_PX))
+    factor = max(1, min(round(view.ball_px[0] / _BALL_PX), *view.image.shape))
     small = reduce_image(to_gray(view.image), factor)
     ball = (view.ball_px[0] / factor, view.ball_px[1] / factor)
     xy = (view.features.xy_px - (factor - 1) / 2) / factor

@@ -107,7 +107,8 @@ def detect(
     gray, exposure = correct_exposure(gray, parameters.preprocess)
     if exposure is Exposure.BLANK:
         return Detection(Features.empty(), whole, exposure, (Flag("blank-image", "the image is blank"),))
-    factor = max(1, round(min(b / t for b, t in zip(ball_px, templates.diameter_px, strict=True))))
+    factor = round(min(b / t for b, t in zip(ball_px, templates.diameter_px, strict=True)))
+    factor = max(1, min(factor, *gray.shape))
     small = reduce_image(gray, factor)
     ball = (ball_px[0] / factor, ball_px[1] / factor)
     gradient = property_planes(

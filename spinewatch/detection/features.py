@@ -13,6 +13,9 @@ from spinewatch.detection.templates import TemplateTree
 
 Floating = NDArray[np.floating]
 
+_BLOCK = 4096
+"""Shadows compared at once: few enough to stay in the cache, whatever the image shows."""
+
 
 def decision_space(planes: Floating, tree: TemplateTree, measure: Measure, gate: float | None) -> Floating:
     """Return the decision space (H, W), in [0, 1], of a property space's planes (C, H, W) (eq. 4.18).
@@ -31,12 +34,16 @@ def decision_space(planes: Floating, tree: TemplateTree, measure: Measure, gate:
         return decision
     leaves = Templates(tree.representatives, tree.mask)
     a, b = leaves.half
-    padded = np.pad(planes, ((0, 0), (a, a), (b, b)), mode="reflect")
-    windows = np.lib.stride_tricks.sliding_window_view(padded, leaves.mask.shape, axis=(1, 2))
-    shadows = windows[:, open_v, open_u].transpose(1, 0, 2, 3)
-    decision[open_v, open_u] = _unit_scale(
-        _best(compare_shadows(shadows, leaves, measure), measure, 1), measure
+    padded = np.pad(
+        planes, ((0, 0), (a, a), (b, b)), mode="reflect" if min(planes.shape[1:]) > max(a, b) else "symmetric"
     )
+    windows = np.lib.stride_tricks.sliding_window_view(padded, leaves.mask.shape, axis=(1, 2))
+    best = np.empty(len(open_v), dtype=planes.dtype)
+    for start in range(0, len(open_v), _BLOCK):
+        block = np.s_[start : start + _BLOCK]
+        shadows = windows[:, open_v[block], open_u[block]].transpose(1, 0, 2, 3)
+        best[block] = _best(compare_shadows(shadows, leaves, measure), measure, 1)
+    decision[open_v, open_u] = _unit_scale(best, measure)
     return decision
 
 

@@ -14,6 +14,8 @@ from scipy.special import ndtr
 Float = NDArray[np.float64]
 Single = NDArray[np.float32]
 
+_RIDGE = np.float32(1e-6)
+
 
 @dataclass(frozen=True)
 class OutlineParameters:
@@ -80,6 +82,7 @@ def fit_outlines(
     # Neighbouring pixels share the blur, and so their errors: fewer of them count.
     scale = (weight * residual**2).sum(axis=1) / freedom * max(4 * np.pi * p.blur_px**2, 1)
     covariance = np.linalg.inv(normal)[:, :2, :2] * scale[:, None, None]
+    covariance[ring.sum(axis=1) <= len(prior)] = np.nan
     return Outlines(
         centre.astype(np.float64),
         covariance.astype(np.float64),
@@ -127,6 +130,12 @@ def _least_squares(basis: Single, weight: Single, values: Single, prior: Single)
     """Return the solutions (n, k) and normal matrices (n, k, k) of n weighted, ridge-regularised least squares."""
     weighted = (basis * weight[..., None]).swapaxes(1, 2)
     normal = weighted @ basis + np.diag(prior)
+    # A ring without pixels, or one too plain to tell its parameters apart, must not stop the others.
+    normal += (
+        _RIDGE
+        * (1 + np.trace(normal, axis1=1, axis2=2))[:, None, None]
+        * np.eye(len(prior), dtype=np.float32)
+    )
     solution = np.linalg.solve(normal, weighted @ values[..., None])[..., 0]
     return solution.astype(np.float32), normal.astype(np.float32)
 

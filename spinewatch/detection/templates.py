@@ -14,9 +14,8 @@ from typing import Any, Literal, get_args
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.cluster.hierarchy import fcluster, linkage
-from scipy.spatial.distance import squareform
 
+from spinewatch.detection.clusters import complete_link
 from spinewatch.detection.edges import PropertySpace
 from spinewatch.errors import SpinewatchError
 
@@ -79,25 +78,13 @@ class TemplateSet:
 def build_tree(space: PropertySpace, samples: Floating, mask: Floating, clusters: int) -> TemplateTree:
     """Return the tree of samples (m, C, 19, 19): complete-link classes on 1 - rho, their means, and the means' mean.
 
-    The thesis sorted its samples by eye into six gray and four edge classes. Samples are normalised first, so
-    that a well-lit ball does not outvote a dark one. Raises ``TemplateError`` with fewer samples than
-    clusters.
+    The thesis sorted its samples by eye into six gray and four edge classes. Raises ``TemplateError`` with fewer
+    samples than clusters.
     """
     if len(samples) < clusters:
         raise TemplateError(f"{clusters} template classes need at least as many samples, not {len(samples)}")
-    inside = samples[..., mask > 0]
-    centred = (
-        inside - inside.mean(axis=-1, keepdims=True) if space is not PropertySpace.DIRECTIVITY else inside
-    )
-    norm = np.linalg.norm(centred.reshape(len(samples), -1), axis=1)
-    if not np.all(norm > 0):
-        raise TemplateError("a sample is a flat patch; leave it out of the annotation")
-    unit = np.zeros_like(samples)
-    unit[..., mask > 0] = centred / norm[:, None, None]
-    distance = np.clip(1 - proximity_matrix(unit), 0, None)
-    np.fill_diagonal(distance, 0)
-    tree = linkage(squareform(distance, checks=False), "complete")
-    of = fcluster(tree, clusters, "maxclust")
+    unit = normalise_samples(space, samples, mask)
+    of = complete_link(sample_distances(unit), clusters)
     representatives = np.stack([unit[of == label].mean(axis=0) for label in np.unique(of)])
     return TemplateTree(
         space,
@@ -107,11 +94,43 @@ def build_tree(space: PropertySpace, samples: Floating, mask: Floating, clusters
     )
 
 
+def normalise_samples(space: PropertySpace, samples: Floating, mask: Floating) -> Floating:
+    """Return samples (m, C, 19, 19) of norm 1, zero outside the mask: a well-lit ball must not outvote a dark one.
+
+    Gray levels and edges lose their mean, gradient vectors do not. Raises ``TemplateError`` for a flat sample.
+    """
+    inside = samples[..., mask > 0]
+    if space is not PropertySpace.DIRECTIVITY:
+        inside = inside - inside.mean(axis=-1, keepdims=True)
+    norm = np.linalg.norm(inside.reshape(len(samples), -1), axis=1)
+    if not np.all(norm > 0):
+        raise TemplateError("a sample is a flat patch; leave it out of the annotation")
+    unit = np.zeros_like(samples)
+    unit[..., mask > 0] = inside / norm[:, None, None]
+    return unit
+
+
+def sample_distances(unit: Floating) -> Floating:
+    """Return 1 - rho (m, m) of normalised samples with each other."""
+    distance = np.clip(1 - proximity_matrix(unit), 0, None)
+    np.fill_diagonal(distance, 0)
+    return distance
+
+
 def proximity_matrix(templates: Floating) -> Floating:
     """Return the (n, n) similarities of masked templates (n, C, h, w) with each other (Tables 4.2 and 4.3)."""
     flat = templates.reshape(len(templates), -1)
     flat = flat / np.linalg.norm(flat, axis=1, keepdims=True)
     return np.asarray(flat @ flat.T)
+
+
+def tree_proximities(tree: TemplateTree) -> Floating:
+    """Return the proximity matrix (n + 1, n + 1) of a tree: first the mean of its representatives, then these.
+
+    That mean is the root as the thesis has it; a root that was whitened later no longer looks like its samples.
+    """
+    root = tree.representatives.mean(axis=0, keepdims=True)
+    return proximity_matrix(np.concatenate([root, tree.representatives]))
 
 
 def round_mask(diameter_px: tuple[float, float], margin: float) -> Floating:

@@ -1,8 +1,10 @@
 import json
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from typer.testing import CliRunner
 
 from commands.main import cli
@@ -10,38 +12,70 @@ from spinewatch.detection.annotation import (
     AnnotatedView,
     BuildParameters,
     build_template_set,
+    class_silhouettes,
     clutter_covariance,
     whiten,
 )
 from spinewatch.detection.detector import DetectionParameters
-from spinewatch.detection.templates import TemplateError, default_template_set, read_template_set
+from spinewatch.detection.edges import PropertySpace
+from spinewatch.detection.templates import (
+    Side,
+    TemplateError,
+    default_template_set,
+    normalise_samples,
+    read_template_set,
+)
 
 SAMPLES = Path(__file__).parents[2] / "samples" / "D1"
 
 
+def build(out: Path, *options: str) -> str:
+    folders = [str(SAMPLES / stage) for stage in ("PRE", "INTER", "POST")]
+    rig = str(SAMPLES / "rig.json")
+    arguments = ["templates", "build", *folders, "--rig", rig, "--out", str(out), "--version", "v", *options]
+    done = CliRunner().invoke(cli, arguments)
+    assert done.exit_code == 0, done.output
+    return done.output
+
+
 def test_the_command_makes_the_set_that_ships(tmp_path: Path) -> None:
     out = tmp_path / "templates.npz"
-    folders = [str(SAMPLES / stage) for stage in ("PRE", "INTER", "POST")]
-    done = CliRunner().invoke(
-        cli,
-        [
-            "templates",
-            "build",
-            *folders,
-            "--rig",
-            str(SAMPLES / "rig.json"),
-            "--out",
-            str(out),
-            "--version",
-            "v",
-        ],
-    )
-    assert done.exit_code == 0, done.output
+    build(out)
     made, ships = read_template_set(out.read_bytes()), default_template_set()
     assert made.trees.keys() == ships.trees.keys()
     for key, tree in ships.trees.items():
         assert made.trees[key].roots == pytest.approx(tree.roots, abs=1e-4)
         assert made.trees[key].representatives == pytest.approx(tree.representatives, abs=1e-4)
+
+
+def test_the_command_reports_classes_and_proximities_and_can_fix_the_number(tmp_path: Path) -> None:
+    out = tmp_path / "templates.npz"
+    printed = build(out, "--gray-classes", "6", "--edge-classes", "4")
+    trees = read_template_set(out.read_bytes()).trees
+    for side in get_args(Side):
+        assert len(trees[side, PropertySpace.GRAY].representatives) == 6
+        assert len(trees[side, PropertySpace.EDGE].representatives) == 4
+        assert f"Proximity of {side} gray templates" in printed
+    assert "silhouette" in printed
+
+
+def test_the_number_of_classes_is_that_of_the_kinds_of_samples() -> None:
+    rng = np.random.default_rng(0)
+
+    def side() -> NDArray[np.floating]:
+        kinds = rng.normal(size=(3, 1, 19, 19))
+        samples = np.concatenate([kind + 0.2 * rng.normal(size=(5, 1, 19, 19)) for kind in kinds])
+        return normalise_samples(PropertySpace.GRAY, samples, np.ones((19, 19)))
+
+    values = class_silhouettes([side(), side()], most=8)
+    assert list(values) == list(range(2, 9))
+    assert max(values, key=values.__getitem__) == 3
+
+
+def test_two_balls_a_side_make_no_classes() -> None:
+    samples = np.random.default_rng(0).normal(size=(2, 1, 19, 19))
+    with pytest.raises(TemplateError, match="three balls"):
+        class_silhouettes([normalise_samples(PropertySpace.GRAY, samples, np.ones((19, 19)))], most=8)
 
 
 def test_whitening_turns_a_template_away_from_what_clutter_looks_like() -> None:

@@ -111,3 +111,17 @@ def test_without_highlights_there_is_no_lamp_and_without_features_nothing(rig: R
     assert np.isfinite(some.left.xy_px).all()
     none = settle(plain, np.empty((0, 2)), rig)
     assert len(none.left) == len(none.right) == 0
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 500), (5, 5), (60, 80)])
+@pytest.mark.parametrize("ball", [(0.5, 0.6), (2.0, 2.4), (9.1, 10.8), (200.0, 240.0)])
+def test_no_image_and_no_size_of_ball_stops_detection(
+    shape: tuple[int, int], ball: tuple[float, float], rig: Rig
+) -> None:
+    image = np.random.default_rng(3).integers(0, 65535, shape).astype(np.uint16)
+    found = detect(image, "left", ball, DetectionParameters())
+    assert len(found.features) or found.flags
+    view = View(rig.left, image, found.features, ball, 700.0)
+    refined = refine_centres(view, view, 4.0, CentreParameters()).left
+    assert np.isfinite(refined.xy_px).all()
+    assert np.all(np.linalg.eigvalsh(refined.covariance_px2) > 0)

@@ -9,9 +9,11 @@ from spinewatch.detection.templates import (
     build_tree,
     cut_samples,
     default_template_set,
+    normalise_samples,
     proximity_matrix,
     read_template_set,
     round_mask,
+    tree_proximities,
     write_template_set,
 )
 
@@ -30,6 +32,27 @@ def test_clusters_are_the_kinds_of_samples() -> None:
     assert np.allclose(np.diag(proximity), 1)
     assert abs(proximity[0, 1]) < 0.5
     assert tree.roots[0] == pytest.approx(tree.representatives.mean(axis=0), abs=1e-6)
+
+
+def test_proximities_begin_with_the_mean_of_the_representatives() -> None:
+    tree = build_tree(PropertySpace.GRAY, two_kinds(), MASK, clusters=2)
+    matrix = tree_proximities(tree)
+    assert matrix[1:, 1:] == pytest.approx(proximity_matrix(tree.representatives))
+    a, b = (kind / np.linalg.norm(kind) for kind in tree.representatives)
+    root = tree.representatives.mean(axis=0)
+    assert matrix[0, 1:] == pytest.approx([np.sum(root * k) / np.linalg.norm(root) for k in (a, b)], abs=1e-6)
+    assert np.allclose(matrix, matrix.T)
+
+
+@pytest.mark.parametrize("space", list(PropertySpace))
+def test_normalised_samples_know_neither_light_nor_contrast(space: PropertySpace) -> None:
+    planes = 2 if space is PropertySpace.DIRECTIVITY else 1
+    samples = np.random.default_rng(0).normal(size=(3, planes, 19, 19))
+    unit = normalise_samples(space, samples, MASK)
+    assert np.linalg.norm(unit.reshape(3, -1), axis=1) == pytest.approx(1)
+    assert np.all(unit[..., MASK == 0] == 0)
+    offset = 0 if space is PropertySpace.DIRECTIVITY else 5
+    assert normalise_samples(space, 7 * samples + offset, MASK) == pytest.approx(unit)
 
 
 def test_too_few_or_flat_samples_are_refused() -> None:

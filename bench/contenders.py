@@ -1,0 +1,96 @@
+"""The detectors that are compared on the same scenes: ours, the published method and its steps, ready-made ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bench.balls import BallScene, BallView
+from bench.peers_detection import PEERS, Detector
+from bench.truth import Float
+from spinewatch.detection.centres import View, refine_centres
+from spinewatch.detection.detector import THESIS_1995, Detection, DetectionParameters, detect
+from spinewatch.detection.preprocess import to_gray
+from spinewatch.detection.surgical_field import SurgicalField
+from spinewatch.parallel import both
+from spinewatch.pipeline import Parameters
+
+Places = tuple[Float, Float]
+"""Places (n, 2) in the left and in the right image, best first."""
+
+ROOTS = replace(
+    THESIS_1995,
+    comparisons=tuple(replace(c, gate=None) for c in THESIS_1995.comparisons),
+    segmentation="peaks",
+    score_floor=0.0,
+)
+"""The published property spaces in the relaxed mode of section 7.2, with local maxima for components."""
+
+IN_FIELD = ("soft disc, normalised", "soft disc, not normalised")
+
+
+@dataclass(frozen=True)
+class Contender:
+    """A way to find the balls of a scene, given a number of features an image.
+
+    ``ranked``: fewer features are the first of more, so that one run serves all numbers.
+    """
+
+    find: Callable[[BallScene, int], Places]
+    ranked: bool = True
+
+
+def contenders(fields: Mapping[BallView, SurgicalField]) -> dict[str, Contender]:
+    """Return all contenders by name; some are told the surgical ``fields`` of the views."""
+    ready_made = {name: Contender(_of_views(detector)) for name, detector in PEERS.items()}
+    told = {f"{name}, in our field": Contender(_of_views(PEERS[name], fields)) for name in IN_FIELD}
+    return {
+        "Spinewatch": Contender(lambda scene, _: _places(find_balls(scene))),
+        "Spinewatch, centres not refined": Contender(_detector(DetectionParameters())),
+        "thesis 1995": Contender(_detector(THESIS_1995), ranked=False),
+        "thesis 1995, roots only, local maxima": Contender(_detector(ROOTS)),
+        **ready_made,
+        **told,
+    }
+
+
+def find_balls(scene: BallScene) -> tuple[Detection, Detection]:
+    """Return the detections of both views with refined centres, as the pipeline makes them."""
+    parameters = Parameters()
+    found = both(lambda view: _detect(view, parameters.detection), *scene.views)
+    left, right = (
+        View(view.camera, view.image, detection.features, view.ball_px, view.range_mm)
+        for view, detection in zip(scene.views, found, strict=True)
+    )
+    centres = refine_centres(left, right, parameters.ball_diameter_mm / 2, parameters.centres)
+    return replace(found[0], features=centres.left), replace(found[1], features=centres.right)
+
+
+def _detect(view: BallView, parameters: DetectionParameters) -> Detection:
+    return detect(view.image, view.side, view.ball_px, parameters)
+
+
+def _detector(parameters: DetectionParameters) -> Callable[[BallScene, int], Places]:
+    def find(scene: BallScene, budget: int) -> Places:
+        wanted = replace(parameters, budget=budget)
+        return _places(both(lambda view: _detect(view, wanted), *scene.views))
+
+    return find
+
+
+def _places(found: tuple[Detection, Detection]) -> Places:
+    return found[0].features.xy_px, found[1].features.xy_px
+
+
+def _of_views(
+    detector: Detector, fields: Mapping[BallView, SurgicalField] | None = None
+) -> Callable[[BallScene, int], Places]:
+    def look(view: BallView) -> Float:
+        h, w = view.image.shape
+        box = fields[view] if fields else SurgicalField(0, 0, w, h)
+        part = to_gray(view.image)[box.v0 : box.v1, box.u0 : box.u1]
+        return np.asarray(detector(part, view.ball_px) + np.array([box.u0, box.v0]))
+
+    return lambda scene, _: both(look, *scene.views)
