@@ -6,8 +6,12 @@ from bench.tables import Grid
 
 AREAS = {
     "bench.scenes DIR [--check] [--json FILE]": "accuracy, recall and honesty on rendered scenes with truth",
+    "bench.detection [DIR] [--check] [--json FILE]": "recall, centres, field, time and memory of detection, with peers",
+    "bench.selectivity [DIR]": "Tables 4.1 to 4.3 of the thesis on rendered scenes",
+    "bench.matching [DIR] [--check] [--json FILE]": "from features to poses: recall, coverage, drift, speed, limits",
     "bench.speed [--check] [--json FILE]": "time of one stereo pair beside OpenCV's masked template matching",
     "bench.accuracy DIR [--out FILE]": "both, written to docs/accuracy.md",
+    "bench.calibration [--boards DIR] [--scenes DIR] [--check]": "calibration on boards and real data, beside peers",
     "bench.picture [FILE]": "draws docs/img/result.png, the measured triads of the sample",
 }
 

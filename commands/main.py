@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from commands import db, plan, process, run, sample, serve, simulate, templates, worker
+from commands import calibrate, db, plan, process, run, sample, serve, simulate, templates, worker
 from spinewatch.errors import SpinewatchError
 
 cli = typer.Typer(
@@ -16,6 +16,7 @@ cli = typer.Typer(
     pretty_exceptions_enable=False,
 )
 cli.command("process")(process.process)
+cli.command("calibrate")(calibrate.calibrate)
 cli.command("serve")(serve.serve)
 cli.command("worker")(worker.worker)
 cli.command("run")(run.run)

@@ -1,0 +1,126 @@
+"""The same points calibrated by five methods: image RMS, residuals in and out of sample, time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+from bench.calibration_boards import calibrated
+from bench.peers.opencv import opencv_camera, triangulate
+from bench.peers.tsai import tsai_two_stage
+from bench.peers.two_plane import intersect_lines, two_plane
+from bench.tables import Bar, Grid
+from spinewatch.calibration.accuracy import common_points, reconstruct
+from spinewatch.calibration.calibrate import calibrate
+from spinewatch.calibration.dlt import solve_dlt
+from spinewatch.calibration.placement import absolute_orientation
+from spinewatch.calibration.points import ImagePoints, Sensor, Shot
+from spinewatch.camera import Camera, Float, Rig
+
+Reconstruct = Callable[[Float, Float], Float]
+
+
+def compare(boards: Path) -> list[Bar]:
+    """Print the comparison; out of sample ours must be no worse than any in ``PEERS``; the DLT is our own start."""
+    result = calibrated(boards)
+    first, others = result.calibration.shots[0], result.others
+    camera = result.calibration.rig.left
+    sensor = Sensor(camera.image_size_px, camera.pixel_size_mm)
+    rows, fresh = [], {}
+    for name, method in METHODS.items():
+        start = perf_counter()
+        rms, reconstructed = method(first, sensor)
+        seconds = perf_counter() - start
+        inside = _std([first], reconstructed, rigid=False)
+        fresh[name] = _std(others, reconstructed, rigid=True)
+        rows.append(
+            (
+                name,
+                "-" if np.isnan(rms) else f"{rms:.3f}",
+                _text(inside),
+                _text(fresh[name]),
+                f"{seconds * 1e3:.0f}",
+            )
+        )
+    Grid.of(
+        f"Calibrated on trial {first.name}, {len(others)} other trials fresh",
+        ["method", "image RMS px", "in sample std mm", "fresh std mm", "ms"],
+        rows,
+    ).print()
+    best = min(np.linalg.norm(v) for n, v in fresh.items() if n in PEERS)
+    own = float(np.linalg.norm(fresh[OURS]))
+    return [
+        Bar(
+            "fresh std no worse than Tsai's, two-plane's and OpenCV's",
+            f"{own:.4f} against {best:.4f} mm",
+            bool(own <= best),
+        )
+    ]
+
+
+def _ours(shot: Shot, sensor: Sensor) -> tuple[float, Reconstruct]:
+    calibration = calibrate([shot], (sensor, sensor))
+    return calibration.adjustment.rms_px, lambda a, b: reconstruct(calibration.rig, a, b)
+
+
+def _dlt(shot: Shot, sensor: Sensor) -> tuple[float, Reconstruct]:
+    return _cameras(shot, solve_dlt(shot.left, sensor).camera, solve_dlt(shot.right, sensor).camera)
+
+
+def _tsai(shot: Shot, sensor: Sensor) -> tuple[float, Reconstruct]:
+    return _cameras(shot, tsai_two_stage(shot.left, sensor), tsai_two_stage(shot.right, sensor))
+
+
+def _cameras(shot: Shot, left: Camera, right: Camera) -> tuple[float, Reconstruct]:
+    rig = Rig("peer", left, right)
+    return _image_rms(shot, left.project, right.project), lambda a, b: reconstruct(rig, a, b)
+
+
+def _two_plane(shot: Shot, sensor: Sensor) -> tuple[float, Reconstruct]:
+    left, right = two_plane(shot.left), two_plane(shot.right)
+    return float("nan"), lambda a, b: intersect_lines(left, right, a, b)
+
+
+def _opencv(shot: Shot, sensor: Sensor) -> tuple[float, Reconstruct]:
+    left, right = (
+        opencv_camera([image], sensor, solve_dlt(image, sensor).camera.focal_length_mm)
+        for image in (shot.left, shot.right)
+    )
+    return _image_rms(shot, left.project, right.project), lambda a, b: triangulate(left, right, a, b)
+
+
+PEERS = ("Tsai, two-stage", "Wei-Ma, two-plane", "OpenCV calibrateCamera")
+OURS = "collinearity (ours)"
+METHODS: dict[str, Callable[[Shot, Sensor], tuple[float, Reconstruct]]] = {
+    OURS: _ours,
+    "DLT with K1 alone": _dlt,
+    "Tsai, two-stage": _tsai,
+    "Wei-Ma, two-plane": _two_plane,
+    "OpenCV calibrateCamera": _opencv,
+}
+
+
+def _image_rms(shot: Shot, left: Callable[[Float], Float], right: Callable[[Float], Float]) -> float:
+    def miss(image: ImagePoints, project: Callable[[Float], Float]) -> Float:
+        return (project(image.control_mm) - image.pixels).ravel()
+
+    return float(np.sqrt(np.mean(np.concatenate([miss(shot.left, left), miss(shot.right, right)]) ** 2)))
+
+
+def _std(shots: list[Shot] | tuple[Shot, ...], reconstructed: Reconstruct, *, rigid: bool) -> Float:
+    """Return the root mean square over shots of the standard deviation per axis (3,)."""
+    squares = []
+    for shot in shots:
+        _, control, left, right = common_points(shot)
+        points = reconstructed(left, right)
+        if rigid:
+            points = absolute_orientation(points, control)(points)
+        squares.append((points - control).std(axis=0, ddof=1) ** 2)
+    return np.asarray(np.sqrt(np.mean(squares, axis=0)))
+
+
+def _text(sd: Float) -> str:
+    return " / ".join(f"{v:.3f}" for v in sd)

@@ -1,0 +1,82 @@
+"""``spinewatch calibrate``: from pictures of a control field, or from coordinates, to a rig file and a report."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from spinewatch.errors import ParameterError, SpinewatchError
+
+
+class OutputError(SpinewatchError):
+    """A result cannot be written where the user asked."""
+
+    code = "unwritable-file"
+
+
+def calibrate(  # noqa: PLR0913, PLR0917 - one argument an option
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            help="LEFT RIGHT of each shot: pictures, or two CSV of image points (id,x_mm,y_mm,z_mm,u_px,v_px).",
+            metavar="LEFT RIGHT [LEFT RIGHT ...]",
+        ),
+    ],
+    control_field: Annotated[
+        str | None, typer.Option(help="CSV id,x_mm,y_mm,z_mm, or a built-in name: pegboard-1995.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Write the rig JSON here.")] = None,
+    report: Annotated[Path | None, typer.Option(help="Write a report here, HTML.")] = None,
+    name: Annotated[str, typer.Option(help="Name of the rig.")] = "rig",
+    verify: Annotated[int, typer.Option(help="The last N shots only verify, they are not used.")] = 0,
+    pixel_size: Annotated[
+        str | None, typer.Option(help="Pixel width and height in mm: 0.01,0.00845. The cart's by default.")
+    ] = None,
+    image_size: Annotated[str | None, typer.Option(help="With coordinates: image size, 568x416.")] = None,
+    free: Annotated[
+        str | None, typer.Option(help="Interior parameters to adjust: f,x0,y0,K1. Chosen by default.")
+    ] = None,
+    fix: Annotated[str | None, typer.Option(help="Parameters held at a value: x0=0,y0=0.")] = None,
+    estimate_aspect: Annotated[bool, typer.Option(help="Adjust the pixels' aspect too.")] = False,
+) -> None:
+    """Calibrate both cameras from shots of a control field; prints everything found as JSON."""
+    from commands.calibration_job import (  # noqa: PLC0415 - loads OpenCV and SciPy, which --help can do without
+        run_images,
+        run_points,
+        solve_parameters,
+    )
+
+    if len(files) % 2:
+        raise ParameterError(f"{len(files)} files were given; give LEFT and RIGHT of every shot")
+    pairs = list(zip(files[::2], files[1::2], strict=True))
+    if not 0 <= verify < len(pairs) and not _are_points(files):
+        raise ParameterError(
+            f"--verify is {verify} of {len(pairs)} shots; leave at least one to calibrate with"
+        )
+    solve = solve_parameters(free, fix, estimate_aspect)
+    if _are_points(files):
+        document = run_points(pairs, solve, image_size, pixel_size, verify, name)
+    else:
+        document = run_images(pairs, control_field, solve, pixel_size, verify, name)
+    if out is not None:
+        _write(out, json.dumps(document["rig"], indent=2) + "\n")
+    if report is not None:
+        from commands.calibration_report import calibration_report  # noqa: PLC0415
+
+        _write(report, calibration_report(document))
+    sys.stdout.write(json.dumps(document, indent=2) + "\n")
+
+
+def _are_points(files: list[Path]) -> bool:
+    return all(path.suffix.lower() == ".csv" for path in files)
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise OutputError(f"cannot write {path}: {error.strerror}") from error
