@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,7 +58,7 @@ class DetectionParameters:
     dark_blur_px: float = 0.5
     median: bool = False
     scales: tuple[float, ...] = (0.97, 1.1)
-    segmentation: str = "peaks"
+    segmentation: Literal["peaks", "components"] = "peaks"
     budget: int = 200
     pixels_per_feature: int = 6
     score_floor: float = 0.2
@@ -111,15 +111,10 @@ def detect(
     factor = max(1, min(factor, *gray.shape))
     small = reduce_image(gray, factor)
     ball = (ball_px[0] / factor, ball_px[1] / factor)
-    gradient = property_planes(
-        log_tone(
-            small, parameters.log_offset, parameters.dark_blur_px if exposure is Exposure.VERY_DARK else 0.0
-        ),
-        PropertySpace.DIRECTIVITY,
-    )
-    box = surgical_field(
-        np.abs(gradient[0]) + np.abs(gradient[1]), _field_parameters(parameters.field, ball, templates)
-    )
+    blur_px = parameters.dark_blur_px if exposure is Exposure.VERY_DARK else 0.0
+    gradient = property_planes(log_tone(small, parameters.log_offset, blur_px), PropertySpace.DIRECTIVITY)
+    activity = np.abs(gradient[0]) + np.abs(gradient[1])
+    box = surgical_field(activity, _field_parameters(parameters.field, ball, templates))
     crop = np.s_[..., box.v0 : box.v1, box.u0 : box.u1]
     space = _search(small[crop], gradient[crop], side, ball, templates, parameters)
     xy, score = _segment(space, ball, parameters)

@@ -39,7 +39,7 @@ class OutlineParameters:
 class Outlines:
     """Fitted outlines: centres (n, 2) in px with covariance (n, 2, 2), and the contrast (n,) of surroundings to ball.
 
-    A fit that is not determined has a NaN covariance.
+    A fit that its ring does not determine has a NaN covariance.
     """
 
     xy_px: Float

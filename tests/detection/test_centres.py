@@ -92,10 +92,10 @@ def errors_of_stage(
 def test_refined_centres_are_within_a_tenth_of_a_pixel_and_say_so(rig: Rig) -> None:
     parts = [errors_of_stage(name, rig) for name in ("PRE", "INTER", "POST")]
     before, after, stated = (np.concatenate(part) for part in zip(*parts, strict=True))
-    assert np.sqrt((after**2).mean(axis=0)).max() < 0.12
+    assert np.sqrt((after**2).mean(axis=0)).max() < 0.1
     assert (after**2).mean() < (before**2).mean()
     assert np.abs(after.mean(axis=0)).max() < CentreParameters().common_sd_px
-    assert 0.15 < (after**2 / stated).mean() < 1.5
+    assert 0.3 < (after**2 / stated).mean() < 1.5
 
 
 def settle(image: NDArray[np.uint8], xy: NDArray[np.float64], rig: Rig) -> Centres:
