@@ -10,12 +10,12 @@ import numpy as np
 from bench.balls import BallScene, BallView
 from bench.peers_detection import PEERS, Detector
 from bench.truth import Float
-from spinewatch.detection.centres import View, refine_centres
 from spinewatch.detection.detector import THESIS_1995, Detection, DetectionParameters, detect
 from spinewatch.detection.preprocess import to_gray
 from spinewatch.detection.surgical_field import SurgicalField
 from spinewatch.parallel import both
 from spinewatch.pipeline import Parameters
+from spinewatch.pipeline import find_balls as find_balls_of_view
 
 Places = tuple[Float, Float]
 """Places (n, 2) in the left and in the right image, best first."""
@@ -58,14 +58,8 @@ def contenders(fields: Mapping[BallView, SurgicalField]) -> dict[str, Contender]
 
 def find_balls(scene: BallScene) -> tuple[Detection, Detection]:
     """Return the detections of both views with refined centres, as the pipeline makes them."""
-    parameters = Parameters()
-    found = both(lambda view: _detect(view, parameters.detection), *scene.views)
-    left, right = (
-        View(view.camera, view.image, detection.features, view.ball_px, view.range_mm)
-        for view, detection in zip(scene.views, found, strict=True)
-    )
-    centres = refine_centres(left, right, parameters.ball_diameter_mm / 2, parameters.centres)
-    return replace(found[0], features=centres.left), replace(found[1], features=centres.right)
+    rig = scene.scene.rig
+    return both(lambda view: find_balls_of_view(view.image, view.side, rig, Parameters()), *scene.views)
 
 
 def _detect(view: BallView, parameters: DetectionParameters) -> Detection:

@@ -45,3 +45,9 @@ class ParameterError(SpinewatchError):
     """A parameter is outside the range in which its step is defined."""
 
     code = "invalid-parameter"
+
+
+class BallNetError(SpinewatchError):
+    """A ball network cannot be read."""
+
+    code = "invalid-ball-net"

@@ -106,16 +106,16 @@ def measure_stage(
         _check_size(side, image, camera)
     if left.shape == right.shape and np.array_equal(left, right):
         raise SameImageError("left and right are the same picture; send the pair that the two cameras took")
-    left_ball, right_ball = nominal_ball_px(rig, parameters)
 
     def search(side: Side) -> Detection:
-        image, ball = (left, left_ball) if side == "left" else (right, right_ball)
-        return detect(image, side, ball, parameters.detection, templates)
+        if side == "left":
+            return find_balls(left, side, rig, parameters, templates)
+        return find_balls(right, side, rig, parameters, templates)
 
     def match(with_rig: Rig) -> TriadSearch:
         return match_triads(
-            centres.left,
-            centres.right,
+            left_found.features,
+            right_found.features,
             with_rig,
             parameters.search,
             expected=request.expected,
@@ -126,19 +126,9 @@ def measure_stage(
 
     progress("detect", 0.0)
     left_found, right_found = both(search, *SIDES)
-    progress("refine centres", 0.5)
-    ranges = nominal_ranges_mm(rig, parameters)
-    centres = refine_centres(
-        View(rig.left, left, left_found.features, left_ball, ranges[0]),
-        View(rig.right, right, right_found.features, right_ball, ranges[1]),
-        parameters.ball_diameter_mm / 2,
-        parameters.centres,
-    )
-    left_found = replace(left_found, features=centres.left)
-    right_found = replace(right_found, features=centres.right)
     progress("match", 0.7)
     matched, rig_check, rig_flags = check_search(
-        match, centres.left, centres.right, rig, parameters.rig_check
+        match, left_found.features, right_found.features, rig, parameters.rig_check
     )
     progress("label", 0.9)
     labelled, label_flags = label_triads(
@@ -152,6 +142,33 @@ def measure_stage(
         *label_flags,
     )
     return StageMeasurement(left_found, right_found, labelled, flags, rig_check)
+
+
+def find_balls(
+    image: Image,
+    side: Side,
+    rig: Rig,
+    parameters: Parameters,
+    templates: TemplateSet | None = None,
+) -> Detection:
+    """Return what a view's image (H, W) shows: its features, with centres, covariances and scores settled."""
+    number = SIDES.index(side)
+    camera, ball_px = (rig.left, rig.right)[number], nominal_ball_px(rig, parameters)[number]
+    found = detect(image, side, ball_px, parameters.detection, templates)
+    lamp = lamp_direction(rig, camera, nominal_ranges_mm(rig, parameters)[number])
+    view = View(camera, image, found.features, ball_px, lamp)
+    return replace(found, features=refine_centres(view, parameters.centres))
+
+
+def lamp_direction(rig: Rig, camera: Camera, range_mm: float) -> NDArray[np.float64]:
+    """Return where the lamp, between the cameras, should hang in a camera's picture.
+
+    The components u and v (2,) of the unit vector to it, seen from the point of the camera's axis at a range;
+    zero would be a lamp at the camera itself.
+    """
+    field = camera.centre - range_mm * camera.M[2]
+    toward = camera.M @ ((rig.left.centre + rig.right.centre) / 2 - field)
+    return np.asarray(toward[:2] * (1, -1) / np.linalg.norm(toward))
 
 
 def nominal_ball_px(rig: Rig, parameters: Parameters) -> tuple[tuple[float, float], tuple[float, float]]:

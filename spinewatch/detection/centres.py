@@ -1,233 +1,147 @@
-"""Centres of balls: what correlation, outline and highlight say, weighed against each other over both views.
+"""Centres of balls: the network looks at every promising feature, twice, and says what it is and where.
 
-Each cue has its own fault. Correlation is steady but carries a shift common to a view, since it follows the reflection
-for which its template was made. The outline has no such shift but suffers from what lies behind a ball. The highlight
-is sharpest of all, but lies off the centre by an amount that depends on where the lamp hangs. The lamp is the same for
-all balls of both views, so it is found first; the shifts follow; then each ball's cues are averaged.
+The first look ranks the features and measures what all balls of a view share but the rig does not tell: how large they
+are, since the wound may lie nearer or further than where the cameras' axes meet, and where the lamp hangs, whose
+reflection is the sharpest mark on a ball but not at its centre. The second look knows both, and starts where the first
+one found the centre.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from spinewatch.camera import Camera
-from spinewatch.detection.highlight import (
-    HighlightParameters,
-    Reflectors,
-    find_highlights,
-    highlight_offsets,
-    reflectors,
-)
-from spinewatch.detection.outline import OutlineParameters, fit_outlines
-from spinewatch.detection.preprocess import reduce_image, to_gray
+from spinewatch.detection.ball_net import BallNet, Sightings, default_ball_nets, look, net_for
+from spinewatch.detection.patches import cut_patches
+from spinewatch.detection.preprocess import log_tone, to_gray
 from spinewatch.features import Features
 
 Float = NDArray[np.float64]
-Bool = NDArray[np.bool_]
-
-_BALL_PX = 9.0
-_PIXEL = 12**-0.5
-"""Standard deviation of the light-gathering area of a pixel, in pixels."""
 
 
 @dataclass(frozen=True)
 class CentreParameters:
-    """Parameters of ``refine_centres``; lengths are in pixels of a ball nine pixels wide.
+    """Parameters of ``refine_centres``; lengths are in radii of the ball.
 
-    ``refined``: so many of the best features of a view are looked at closely; the others only lose the view's
-    shift. ``lens_px``: blur of the lens, standard deviation in pixels of the full image. ``sure_score``: balls
-    count for lamp and shifts whose score is at least this fraction of the fifth best; ``least_sure``: how many
-    of these it takes. ``lamp_sd_mm``: how far from the middle between the cameras the lamp may hang, per axis.
-    ``template_sd_px`` and ``highlight_sd_px``: least standard deviations of these cues; ``outline_floor_px`` of
-    the outline. ``common_sd_px``: what remains of a view's shift. ``gate_sigma``: a highlight further off than
-    this is left out. ``misfit_sd_px``: how far outline and highlight of one ball usually disagree;
-    ``agreement_sigma``: how far they may disagree about a whole view.
+    ``second``: how many of the best features of a view are looked at twice; ``kept``: how many are handed on.
+    ``likely``: features count for what balls share that are balls with at least these odds, if there are
+    ``least_likely`` of them. ``same``: features whose centres come closer than this are one. ``reach``: how far
+    a centre may lie from its feature. ``misfit``: standard deviation per axis of what simulated pictures do not
+    know of real ones. ``limb``: the same, known: path-traced balls lie this times the lamp's direction further
+    from the lamp than one bounce of light makes believe. ``most_odds``: the network's log-odds count up to
+    this, and a template's likeness of 1 as ``likeness`` of them: what looks like a ball to one may be a clot to
+    the other. ``log_offset``: gray levels added before the logarithm, as in training.
     """
 
-    refined: int = 40
-    lens_px: float = 0.53
-    outline: OutlineParameters = field(default_factory=OutlineParameters)
-    highlight: HighlightParameters = field(default_factory=HighlightParameters)
-    sure_score: float = 0.75
-    least_sure: int = 5
-    lamp_sd_mm: tuple[float, float, float] = (150.0, 150.0, 200.0)
-    template_sd_px: float = 0.2
-    highlight_sd_px: float = 0.1
-    outline_floor_px: float = 0.2
-    common_sd_px: float = 0.06
-    gate_sigma: float = 4.0
-    misfit_sd_px: float = 0.25
-    agreement_sigma: float = 3.0
+    second: int = 60
+    kept: int = 150
+    likely: float = 3.0
+    least_likely: int = 4
+    same: float = 0.4
+    reach: float = 0.7
+    misfit: float = 0.008
+    limb: float = 0.05
+    most_odds: float = 6.0
+    likeness: float = 20.0
+    log_offset: float = 4.0
 
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """One camera's part: its gray image (H, W), its features, and where balls are: size in pixels, range in mm."""
+    """One camera's part: its 8- or 16-bit gray image (H, W), features, and the nominal (width, height) of balls.
+
+    ``lamp`` (2,): the u and v components of the unit vector from the field to where the cart's lamp should hang.
+    """
 
     camera: Camera
     image: NDArray[np.unsignedinteger]
     features: Features
     ball_px: tuple[float, float]
-    range_mm: float
+    lamp: Float
 
 
-@dataclass(frozen=True, eq=False)
-class Centres:
-    """Features of both views, and the lamp's place (3,) in object space, mm; None where no lamp shows."""
+def refine_centres(
+    view: View, parameters: CentreParameters, nets: Sequence[BallNet] | None = None
+) -> Features:
+    """Return a view's features with centres, covariances and scores settled, likeliest balls first.
 
-    left: Features
-    right: Features
-    lamp_mm: Float | None
-
-
-@dataclass(frozen=True, eq=False)
-class _Cues:
-    """Places (n, 2) of a view's features by three cues, in pixels of an image reduced by ``factor``.
-
-    By correlation; by outline, with variances (n, 2), infinite where there is none; by highlight, where (n,) present.
-    ``sure`` (n,): which features are balls almost certainly.
+    The score joins the network's odds of a ball and the likeness of templates. Features that turn out to be the same
+    ball are one.
     """
+    p, features = parameters, view.features
+    if not len(features):
+        return features
+    tone = log_tone(to_gray(view.image), p.log_offset, 0.0)
+    net = net_for(nets or default_ball_nets(), view.ball_px[0])
 
-    template: Float
-    outline: Float
-    outline_var: Float
-    highlight: Float
-    present: Bool
-    sure: Bool
-    factor: int
+    def look_at(places: Float, ball: Float, lamp: Float, known: bool) -> tuple[Sightings, Float]:
+        pixel = np.rint(places).astype(np.intp)
+        sightings = look(net, cut_patches(tone, pixel, (ball[0], ball[1]), net.grid), lamp, known)
+        offset = sightings.offset.clip(-p.reach, p.reach) - p.limb * lamp
+        return sightings, pixel + offset * (ball / 2)
+
+    nominal = np.array(view.ball_px)
+    seen, centre = look_at(features.xy_px, nominal, view.lamp, False)
+    covariance = _covariance(seen, nominal, p)
+    ball, lamp, known = _common(seen, nominal, view.lamp, p)
+    twice = np.argsort(-_score(seen, features.score, p), kind="stable")[: p.second]
+    again, settled = look_at(centre[twice], ball, lamp, known)
+    centre[twice], covariance[twice] = settled, _covariance(again, ball, p)
+    score = _score(seen, features.score, p)
+    score[twice] = _score(again, features.score[twice], p)
+    order = np.argsort(-score, kind="stable")
+    order = order[_distinct(centre[order] / (ball / 2), p.same)][: p.kept]
+    outline = centre[order]
+    return Features(outline - outline_offsets(view.camera, outline, ball[0]), score[order], covariance[order])
 
 
-def refine_centres(left: View, right: View, radius_mm: float, parameters: CentreParameters) -> Centres:
-    """Return the features of both views with their centres and covariances settled; balls have ``radius_mm``.
+def outline_offsets(camera: Camera, outline_px: Float, width_px: float) -> Float:
+    """Return by how much (n, 2), px, the centres of outlines at pixels (n, 2) lie off the images of the balls' centres.
 
-    Large images are reduced by a whole factor first, so that a ball is about nine pixels wide.
+    A ball's outline is the section of a cone that opens by its apparent radius a about the line of sight, at the
+    angle t from the axis; that ellipse's centre is ``tan t tan²a (1 + tan²t) / (1 - tan²t tan²a)`` further out than
+    the image of the cone's axis. ``width_px`` of a ball's image near the axis.
     """
-    views = (left, right)
-    cues = _measure_cues(left, parameters), _measure_cues(right, parameters)
-    balls = [reflectors(v.camera, v.features.xy_px, v.range_mm, radius_mm) for v in views]
-    lamp = _locate_lamp(cues, balls, (left.camera.centre + right.camera.centre) / 2, parameters)
-    a, b = (
-        _combine(
-            view.features,
-            seen,
-            None if lamp is None else highlight_offsets(ball, lamp) / seen.factor,
-            parameters,
-        )
-        for view, seen, ball in zip(views, cues, balls, strict=True)
-    )
-    return Centres(a, b, lamp)
+    pitch = np.array(camera.pixel_size_mm)
+    ideal = camera.undistort(camera.plate(outline_px))
+    tan2_t = np.square(ideal / camera.focal_length_mm).sum(axis=1, keepdims=True)
+    tan2_a = (width_px * pitch[0] / 2 / camera.focal_length_mm) ** 2
+    outwards = ideal * tan2_a * (1 + tan2_t) / (1 - tan2_t * tan2_a)
+    return np.asarray(outwards / (pitch * (1, -1)))
 
 
-def _measure_cues(view: View, p: CentreParameters) -> _Cues:
-    factor = max(1, min(round(view.ball_px[0] / _BALL_PX), *view.image.shape))
-    small = reduce_image(to_gray(view.image), factor)
-    ball = (view.ball_px[0] / factor, view.ball_px[1] / factor)
-    xy = (view.features.xy_px - (factor - 1) / 2) / factor
-    near = xy[: p.refined]
-    blur = float(np.hypot(_PIXEL, p.lens_px / factor))
-    outline = fit_outlines(small, near, ball, replace(p.outline, blur_px=blur))
-    highlight = find_highlights(small, near, outline.contrast, ball, p.highlight)
-    outline_xy, outline_var, highlight_xy = xy.copy(), np.full(xy.shape, np.inf), xy.copy()
-    present = np.zeros(len(xy), dtype=bool)
-    variance = outline.covariance_px2[:, [0, 1], [0, 1]] + p.outline_floor_px**2
-    outline_xy[: p.refined], highlight_xy[: p.refined] = outline.xy_px, highlight.xy_px
-    outline_var[: p.refined] = np.where(np.isfinite(variance), variance, np.inf)
-    present[: p.refined] = highlight.present
-    return _Cues(xy, outline_xy, outline_var, highlight_xy, present, _sure(view.features.score, p), factor)
+def _common(
+    seen: Sightings, nominal_px: Float, lamp: Float, p: CentreParameters
+) -> tuple[Float, Float, bool]:
+    """Return what a view's likely balls share: their size in px, the lamp's place, and whether that is known."""
+    likely = seen.log_odds > np.log(p.likely)
+    if likely.sum() < p.least_likely:
+        return nominal_px, lamp, False
+    size = np.exp(np.median(seen.log_size[likely]))
+    weight = seen.lamp_sd[likely] ** -2.0
+    place = weight @ seen.lamp[likely] / weight.sum()
+    return nominal_px * size, place, True
 
 
-def _sure(score: Float, p: CentreParameters) -> Bool:
-    if len(score) < p.least_sure:
-        return np.zeros(len(score), dtype=bool)
-    return np.asarray(score >= p.sure_score * np.sort(score)[-p.least_sure])
+def _score(seen: Sightings, likeness: Float, p: CentreParameters) -> Float:
+    """Return scores (n,) in [0, 1]: a template's likeness counts as ``likeness`` log-odds of the network's."""
+    odds = seen.log_odds.clip(-p.most_odds, p.most_odds)
+    return np.asarray((likeness + (odds + p.most_odds) / p.likeness) / (1 + 2 * p.most_odds / p.likeness))
 
 
-def _locate_lamp(
-    views: tuple[_Cues, _Cues], balls: list[Reflectors], middle_mm: Float, p: CentreParameters
-) -> Float | None:
-    """Return the lamp (3,) whose highlights agree best with the outlines of both views."""
-    known = [c.sure & c.present for c in views]
-    if sum(int(k.sum()) for k in known) < 2 * p.least_sure:
-        return None
-    seen = [(c.highlight - c.outline)[k] * c.factor for c, k in zip(views, known, strict=True)]
-    some = [b.take(k) for b, k in zip(balls, known, strict=True)]
-    sd_px = [p.misfit_sd_px * c.factor for c in views]
-
-    def misfit(lamp: Float) -> Float:
-        miss = [
-            (s - highlight_offsets(b, lamp)).ravel() / sd for s, b, sd in zip(seen, some, sd_px, strict=True)
-        ]
-        return np.concatenate([*miss, (lamp - middle_mm) / p.lamp_sd_mm])
-
-    # A millimetre of the lamp moves a highlight by a thousandth of a pixel.
-    return np.asarray(least_squares(misfit, middle_mm, loss="cauchy", x_scale=100.0, xtol=1e-3, ftol=1e-4).x)
+def _covariance(seen: Sightings, ball_px: Float, p: CentreParameters) -> Float:
+    radii = ball_px / 2
+    return np.asarray((seen.covariance + p.misfit**2 * np.eye(2)) * np.outer(radii, radii))
 
 
-def _combine(features: Features, cues: _Cues, offset: Float | None, p: CentreParameters) -> Features:
-    """Return the weighted means of a view's cues, each rid of the shift common to the view."""
-    highlight = cues.highlight if offset is None else cues.highlight - offset
-    lit = cues.sure & cues.present & (offset is not None)
-    shift, trusted = _shift(cues, highlight, lit, p)
-    template = cues.template + shift
-    template_var = np.full(template.shape, p.template_sd_px**2)
-    highlight_var = np.full(template.shape, _spread(highlight - template, lit, p) ** 2)
-    # Correlation and outline say where the ball must be; a highlight elsewhere is another lamp's.
-    middle, middle_var = _mean((template, template_var), (cues.outline, cues.outline_var))
-    far = np.abs(highlight - middle) > p.gate_sigma * np.sqrt(middle_var + highlight_var)
-    highlight_var[far.any(axis=1) | ~(cues.present & trusted)] = np.inf
-    centre, variance = _mean(
-        (template, template_var), (cues.outline, cues.outline_var), (highlight, highlight_var)
-    )
-    covariance = np.zeros((len(centre), 2, 2))
-    doubt = _doubt((template - cues.outline)[cues.sure], (template_var + cues.outline_var)[cues.sure])
-    covariance[:, [0, 1], [0, 1]] = (doubt * variance + p.common_sd_px**2) * cues.factor**2
-    return Features(centre * cues.factor + (cues.factor - 1) / 2, features.score, covariance)
-
-
-def _shift(cues: _Cues, highlight: Float, lit: Bool, p: CentreParameters) -> tuple[Float, bool]:
-    """Return the shift (2,) of correlation that is common to a view, and whether highlights may be trusted in it.
-
-    Outlines and highlights must agree about it. Where they do not, other lamps shine brighter than the one found.
-    """
-    if not cues.sure.any():
-        return np.zeros(2), False
-    by_outline = np.median((cues.outline - cues.template)[cues.sure], axis=0)
-    outline_var = 1.57 * p.misfit_sd_px**2 / cues.sure.sum()  # of a median
-    if lit.sum() < p.least_sure:
-        return by_outline, False
-    by_highlight = np.median((highlight - cues.template)[lit], axis=0)
-    highlight_var = p.highlight_sd_px**2
-    apart = np.abs(by_highlight - by_outline) / np.sqrt(outline_var + highlight_var)
-    if apart.max() > p.agreement_sigma:
-        return by_outline, False
-    return _mean((by_outline, np.full(2, outline_var)), (by_highlight, np.full(2, highlight_var)))[0], True
-
-
-def _spread(difference: Float, lit: Bool, p: CentreParameters) -> Float:
-    """Return the standard deviation (2,) of this view's highlights, from how they scatter about the template."""
-    if lit.sum() < p.least_sure:
-        return np.full(2, p.highlight_sd_px)
-    scatter = 1.4826 * np.median(np.abs(difference[lit]), axis=0)
-    return np.asarray(np.sqrt(np.maximum(scatter**2 - p.template_sd_px**2, p.highlight_sd_px**2)))
-
-
-def _doubt(difference: Float, variance: Float) -> float:
-    """Return by how much two cues of a view's balls differ more than their variances (n, 2) say, never less than 1.
-
-    Grounds differ: beside coarse, high-contrast flesh all cues of a view are worse.
-    """
-    known = np.isfinite(variance)
-    if not known.any():
-        return 1.0
-    chi2_of_one = 0.455  # median
-    return max(1.0, float(np.median(difference[known] ** 2 / variance[known])) / chi2_of_one)
-
-
-def _mean(*cues: tuple[Float, Float]) -> tuple[Float, Float]:
-    """Return the weighted mean of (value, variance) pairs and its variance."""
-    total = np.asarray(sum(1 / variance for _, variance in cues))
-    return np.asarray(sum(value / variance for value, variance in cues)) / total, 1 / total
+def _distinct(places: Float, least: float) -> NDArray[np.intp]:
+    """Return the indices of places (n, 2) that no earlier one is nearer to than ``least``."""
+    near = np.linalg.norm(places[:, None] - places, axis=2) < least
+    kept = np.ones(len(places), dtype=bool)
+    for i in range(1, len(places)):
+        kept[i] = not (near[i, :i] & kept[:i]).any()
+    return np.flatnonzero(kept)

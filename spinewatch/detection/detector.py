@@ -57,9 +57,9 @@ class DetectionParameters:
     log_offset: float = 4.0
     dark_blur_px: float = 0.5
     median: bool = False
-    scales: tuple[float, ...] = (0.97, 1.1)
+    scales: tuple[float, ...] = (1.03,)
     segmentation: Literal["peaks", "components"] = "peaks"
-    budget: int = 200
+    budget: int = 250
     pixels_per_feature: int = 6
     score_floor: float = 0.2
     sigma_px: tuple[float, float] = (0.15, 0.15)

@@ -37,23 +37,25 @@ class FieldParameters:
     ``segment_px``: rows (or columns) of a segment; the thesis took 5 for a ball of 10 to 11 pixels.
     ``alpha``: fraction of the range of the segments' statistic that counts as field (eq. 4.3; 0.5 in the
     thesis). ``smoothing`` and ``margin``: segments over which the statistic is averaged, and that are added
-    on each side.
+    on each side. ``kept``: modes count whose excess over the level, summed over their segments, is this fraction of
+    the greatest.
     """
 
     segment_px: int = 5
     alpha: float = 0.8
     smoothing: int = 5
     margin: int = 4
+    kept: float = 0.1
 
 
 def surgical_field(activity: Floating, parameters: FieldParameters) -> SurgicalField:
     """Return the field of an activity image (H, W): the wound is busy, drapes and skin are smooth.
 
-    As in the thesis, segments are ranked by one statistic, thresholded by eq. 4.3, and one mode is kept.
+    As in the thesis, segments are ranked by one statistic and thresholded by eq. 4.3.
     Departures: the statistic is the mean gradient of the log image, since the spread of gray levels within
     whole rows follows drapes and instruments more than the wound; columns are cut as well as rows, since a
-    spine may lie along either; the mode with the greatest excess is kept, not the one with the highest peak;
-    and a margin is added.
+    spine may lie along either; all between the outermost modes of some weight is kept, not the one with the highest
+    peak, since triads on an even ground are modes of their own; and a margin is added.
     """
     (v0, v1), (u0, u1) = (_extent(activity, axis, parameters) for axis in (0, 1))
     return SurgicalField(u0, v0, u1, v1)
@@ -94,6 +96,10 @@ def _extent(activity: Floating, axis: int, parameters: FieldParameters) -> tuple
     found = modes(smooth, level)
     if not found:
         return 0, length
-    start, stop = max(found, key=lambda mode: float((smooth[slice(*mode)] - level).sum()))
+    excess = np.array([(smooth[slice(*mode)] - level).sum() for mode in found])
+    kept = [
+        mode for mode, weight in zip(found, excess, strict=True) if weight >= parameters.kept * excess.max()
+    ]
+    start, stop = kept[0][0], kept[-1][1]
     first = max(start - parameters.margin, 0) * parameters.segment_px
     return first, min((stop + parameters.margin) * parameters.segment_px, length)

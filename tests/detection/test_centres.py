@@ -1,6 +1,7 @@
-"""Highlights and centres: the law of reflection, and the sample surgery's exact centres."""
+"""Centres: the sample surgery's exact ones, the outline of a sphere in perspective, and pictures that show nothing."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,21 +10,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from spinewatch.camera import Rig
-from spinewatch.detection.centres import CentreParameters, Centres, View, refine_centres
+from spinewatch.camera import Camera, Rig
+from spinewatch.detection.centres import CentreParameters, View, outline_offsets, refine_centres
 from spinewatch.detection.detector import DetectionParameters, detect
-from spinewatch.detection.highlight import (
-    HighlightParameters,
-    find_highlights,
-    highlight_offsets,
-    reflectors,
-)
 from spinewatch.features import Features
 from spinewatch.formats.images import decode_image
 from spinewatch.formats.rig_json import parse_rig
-from spinewatch.pipeline import Parameters, nominal_ball_px, nominal_ranges_mm
+from spinewatch.pipeline import SIDES, Parameters, find_balls
+from spinewatch.simulation.rigs import table_3_3_rig
 
 SAMPLES = Path(__file__).parents[2] / "samples" / "D1"
+LAMP = np.array([0.25, 0.0])
 
 
 @pytest.fixture(scope="module")
@@ -31,86 +28,79 @@ def rig() -> Rig:
     return parse_rig((SAMPLES / "rig.json").read_bytes())
 
 
-@given(st.floats(150, 400), st.floats(120, 300), st.floats(-150, 150), st.floats(-150, 150))
-def test_a_highlight_lies_where_the_sphere_mirrors_the_lamp_to_the_camera(
-    u: float, v: float, dx: float, dy: float
-) -> None:
-    camera = parse_rig((SAMPLES / "rig.json").read_bytes()).left
-    lamp = np.array([435.0 + dx, 440.0 + dy, 740.0])
-    balls = reflectors(camera, np.array([[u, v]]), 690.0, 4.0)
-    (offset,) = highlight_offsets(balls, lamp)
-    # The exact mirror point, by iterating the law of reflection on the sphere's own surface.
-    centre = balls.centre_mm[0]
-    point = centre
-    for _ in range(50):
-        to_camera, to_lamp = camera.centre - point, lamp - point
-        normal = to_camera / np.linalg.norm(to_camera) + to_lamp / np.linalg.norm(to_lamp)
-        point = centre + 4.0 * normal / np.linalg.norm(normal)
-    assert offset == pytest.approx(camera.project(point) - camera.project(centre), abs=0.02)
-
-
-def test_a_highlight_is_its_centroid_and_a_dull_ball_has_none() -> None:
-    y, x = np.mgrid[:40, :60]
-    picture = np.where(np.hypot((x - 20) / 4.5, (y - 20) / 5.3) < 1, 20.0, 150.0)
-    picture += 90 * np.exp(-((x - 21.3) ** 2 + (y - 19.6) ** 2) / (2 * 0.8**2))
-    picture[15:26, 40:49] = 20.0
-    found = find_highlights(
-        picture, np.array([[20.0, 20.0], [44.0, 20.0]]), np.full(2, 130.0), (9.0, 10.6), HighlightParameters()
-    )
-    assert found.present.tolist() == [True, False]
-    assert found.xy_px[0] == pytest.approx([21.3, 19.6], abs=0.1)
-
-
-def errors_of_stage(
-    name: str, rig: Rig
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return centre errors before and after refinement (n, 2), and the variances stated after it (n, 2)."""
+def errors_of_stage(name: str, rig: Rig) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the errors of refined centres and the deviations stated, each (n, 2), px."""
     truth = json.loads((SAMPLES / name / "truth.json").read_text())
-    parameters = Parameters()
-    views, centres = [], []
-    for side, camera, ball, range_mm in zip(
-        ("left", "right"),
-        (rig.left, rig.right),
-        nominal_ball_px(rig, parameters),
-        nominal_ranges_mm(rig, parameters),
-        strict=True,
-    ):
+    errors, stated = [], []
+    for side in SIDES:
+        true = np.array([b[side]["center_px"] for t in truth["triads"] for b in t["balls"].values()])
         image = decode_image((SAMPLES / name / f"{side}.png").read_bytes())
-        found = detect(image, "left" if side == "left" else "right", ball, DetectionParameters())
-        views.append(View(camera, image, found.features, ball, range_mm))
-        centres.append([b[side]["center_px"] for t in truth["triads"] for b in t["balls"].values()])
-    refined = refine_centres(views[0], views[1], 4.0, CentreParameters())
-    before, after, stated = [], [], []
-    for view, features, true in zip(views, (refined.left, refined.right), centres, strict=True):
-        near = np.linalg.norm(view.features.xy_px[None] - np.array(true)[:, None], axis=2).argmin(axis=1)
-        before.append(view.features.xy_px[near] - true)
-        after.append(features.xy_px[near] - true)
-        stated.append(features.covariance_px2[near].diagonal(axis1=1, axis2=2))
-    return np.concatenate(before), np.concatenate(after), np.concatenate(stated)
+        settled = find_balls(image, side, rig, Parameters()).features
+        near = np.linalg.norm(settled.xy_px[None] - true[:, None], axis=2).argmin(axis=1)
+        errors.append(settled.xy_px[near] - true)
+        stated.append(np.sqrt(settled.covariance_px2[near].diagonal(axis1=1, axis2=2)))
+    return np.concatenate(errors), np.concatenate(stated)
 
 
 def test_refined_centres_are_within_a_tenth_of_a_pixel_and_say_so(rig: Rig) -> None:
     parts = [errors_of_stage(name, rig) for name in ("PRE", "INTER", "POST")]
-    before, after, stated = (np.concatenate(part) for part in zip(*parts, strict=True))
-    assert np.sqrt((after**2).mean(axis=0)).max() < 0.1
-    assert (after**2).mean() < (before**2).mean()
-    assert np.abs(after.mean(axis=0)).max() < CentreParameters().common_sd_px
-    assert 0.3 < (after**2 / stated).mean() < 1.5
+    after, stated = (np.concatenate(part) for part in zip(*parts, strict=True))
+    assert np.sqrt((after**2).mean(axis=0)).max() < 0.12
+    assert 0.3 < ((after / stated) ** 2).mean() < 1.5
 
 
-def settle(image: NDArray[np.uint8], xy: NDArray[np.float64], rig: Rig) -> Centres:
+def test_balls_come_first_and_no_ball_twice(rig: Rig) -> None:
+    image = decode_image((SAMPLES / "PRE" / "left.png").read_bytes())
+    features = find_balls(image, "left", rig, Parameters()).features
+    assert np.all(features.score[:12] > 0.75)
+    apart = np.linalg.norm(features.xy_px[:30, None] - features.xy_px[:30], axis=2) + 99 * np.eye(30)
+    assert apart.min() > 1.5
+
+
+def turned(camera: Camera, u: float, v: float, range_mm: float) -> NDArray[np.float64]:
+    return np.asarray(camera.centre + range_mm * camera.directions(np.array([[u, v]]))[0])
+
+
+@given(st.floats(0, 567), st.floats(0, 415), st.floats(300, 900))
+def test_the_centre_of_an_outline_is_corrected_to_that_of_the_ball(
+    u: float, v: float, range_mm: float
+) -> None:
+    camera = table_3_3_rig().left
+    centre = turned(camera, u, v, range_mm)
+    # The rim that the camera sees, traced: where rays touch a ball of 40 mm, enlarged so that the effect shows.
+    radius = 20.0
+    toward = camera.centre - centre
+    distance = np.linalg.norm(toward)
+    toward = toward / distance
+    side = np.linalg.svd(toward[None])[2][1:]
+    turn = np.linspace(0, 2 * np.pi, 720, endpoint=False)
+    sine = radius / distance
+    rim = centre + radius * (
+        sine * toward
+        + np.sqrt(1 - sine**2) * (np.cos(turn)[:, None] * side[0] + np.sin(turn)[:, None] * side[1])
+    )
+    plain = replace(camera, radial=(0.0, 0.0), decentering=(0.0, 0.0))
+    outline = plain.project(rim)
+    a, b = outline, np.roll(outline, -1, axis=0)
+    cross = a[:, 0] * b[:, 1] - b[:, 0] * a[:, 1]
+    area_centre = ((a + b) * cross[:, None]).sum(axis=0) / (3 * cross.sum())
+    true = plain.project(centre)
+    width = 2 * radius * plain.focal_length_mm / np.sqrt(distance**2 - radius**2) / plain.pixel_size_mm[0]
+    offset = outline_offsets(plain, area_centre[None], width)[0]
+    assert offset == pytest.approx(area_centre - true, abs=0.02)
+
+
+def settle(image: NDArray[np.uint8], xy: NDArray[np.float64], rig: Rig) -> Features:
     features = Features.with_sigma(xy, np.linspace(0.9, 0.5, len(xy)), 0.3)
-    views = [View(camera, image, features, (9.1, 10.8), 700.0) for camera in (rig.left, rig.right)]
-    return refine_centres(views[0], views[1], 4.0, CentreParameters())
+    return refine_centres(View(rig.left, image, features, (9.1, 10.8), LAMP), CentreParameters())
 
 
-def test_without_highlights_there_is_no_lamp_and_without_features_nothing(rig: Rig) -> None:
+def test_an_even_picture_has_no_balls_and_no_features_stay_none(rig: Rig) -> None:
     plain = np.full((416, 568), 120, np.uint8)
     some = settle(plain, np.random.default_rng(1).uniform(100, 300, (12, 2)), rig)
-    assert some.lamp_mm is None
-    assert np.isfinite(some.left.xy_px).all()
-    none = settle(plain, np.empty((0, 2)), rig)
-    assert len(none.left) == len(none.right) == 0
+    assert np.isfinite(some.xy_px).all()
+    assert some.score.max() < 0.6  # templates alone would say 0.9
+    assert len(settle(plain, np.empty((0, 2)), rig)) == 0
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 500), (5, 5), (60, 80)])
@@ -121,7 +111,6 @@ def test_no_image_and_no_size_of_ball_stops_detection(
     image = np.random.default_rng(3).integers(0, 65535, shape).astype(np.uint16)
     found = detect(image, "left", ball, DetectionParameters())
     assert len(found.features) or found.flags
-    view = View(rig.left, image, found.features, ball, 700.0)
-    refined = refine_centres(view, view, 4.0, CentreParameters()).left
+    refined = refine_centres(View(rig.left, image, found.features, ball, LAMP), CentreParameters())
     assert np.isfinite(refined.xy_px).all()
     assert np.all(np.linalg.eigvalsh(refined.covariance_px2) > 0)

@@ -49,7 +49,8 @@ def test_every_flag_is_documented_and_every_documented_flag_exists() -> None:
 
 def test_every_dependency_has_its_reason() -> None:
     project = tomllib.loads((PROJECT / "pyproject.toml").read_text())
-    wanted = [*project["project"]["dependencies"], *project["dependency-groups"]["dev"]]
+    groups = project["dependency-groups"].values()
+    wanted = [*project["project"]["dependencies"], *(name for group in groups for name in group)]
     names = {re.split(r"[=<>\[]", requirement)[0] for requirement in wanted}
     assert names == first_column(PROJECT / "docs" / "dependencies.md")
 

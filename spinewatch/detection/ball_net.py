@@ -1,0 +1,201 @@
+"""A small convolutional network that looks at the patch about a feature and says whether and where a ball is.
+
+It has learnt from simulated pictures alone (``training/``). It is told where the cart's lamp should hang as seen
+from the camera, since a lamp that lights a ball from its right also shades its left. The weights are data,
+``ball_net.npz``.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spinewatch.detection.patches import PatchGrid, Single
+from spinewatch.errors import BallNetError
+
+Float = NDArray[np.float64]
+
+_BLOCK = 64
+"""Patches looked at together: few enough to take little memory."""
+_CONTRAST_FLOOR = np.float32(0.05)
+"""Patches whose log gray levels vary by less than about this are noise or nothing, and stay faint."""
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """Weights (h, w, channels in, channels out) and bias (channels out,) of a convolution without padding.
+
+    ``lamp`` (3, channels out): what each component of the lamp's direction, and that it is known, adds to the bias.
+    """
+
+    weights: Single
+    bias: Single
+    stride: int
+    lamp: Single | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class BallNet:
+    """A network for balls at least ``from_px`` wide, on patches of a grid.
+
+    All layers but the last are rectified; the last one leaves a single place with the ``OUTPUTS``.
+    """
+
+    grid: PatchGrid
+    from_px: float
+    layers: tuple[Layer, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Sightings:
+    """What n patches show, in radii of the ball, u to the right and v down.
+
+    ``log_odds`` (n,) of a ball in the middle; if so, ``offset`` (n, 2) of its outline's centre from the patch's middle
+    with ``covariance`` (n, 2, 2), ``visible`` fraction (n,) of it, and ``log_size`` (n,), the logarithm of its size
+    over the size that the patch was cut for; ``lamp`` (n, 2) and ``lamp_sd`` (n,), where the lamp hangs by this patch
+    alone.
+    """
+
+    log_odds: Float
+    offset: Float
+    covariance: Float
+    visible: Float
+    log_size: Float
+    lamp: Float
+    lamp_sd: Float
+
+
+OUTPUTS = (
+    "log_odds",
+    "u",
+    "v",
+    "log_u",
+    "log_v",
+    "tie",
+    "visible",
+    "log_size",
+    "lamp_u",
+    "lamp_v",
+    "log_lamp",
+)
+UNITS = {"offset": 0.3, "log_precision": 3.0, "log_size": 0.1, "lamp": 0.3, "log_lamp": 2.0, "freedom": 8.0}
+"""Scales of the outputs: offsets in 0.3 radii, logarithms of precisions about 3, sizes in tenths, and so on; and the
+degrees of freedom of the t-distribution by which errors were weighed in training."""
+
+
+def look(net: BallNet, patches: Single, lamp: Float, known: bool) -> Sightings:
+    """Return what the patches (n, size, size) of log gray levels show.
+
+    ``lamp`` (2,): the u and v components of the unit vector to where the lamp should hang or, if that is ``known``,
+    does.
+    """
+    told = np.array([*lamp, known], dtype=np.float32)
+    blocks = (patches[start : start + _BLOCK] for start in range(0, len(patches), _BLOCK))
+    out = np.concatenate([_run(net.layers, normalise(block)[..., None], told) for block in blocks]).astype(
+        float
+    )
+    log_odds, u, v, log_u, log_v, tie, visible, log_size, lamp_u, lamp_v, log_lamp = out.T
+    a, b = np.exp(-log_u - UNITS["log_precision"]), np.exp(-log_v - UNITS["log_precision"])
+    covariance = np.empty((len(out), 2, 2))
+    covariance[:, 0, 0], covariance[:, 1, 1] = (1 + tie**2) * a**2, b**2
+    covariance[:, 0, 1] = covariance[:, 1, 0] = -tie * a * b
+    return Sightings(
+        log_odds,
+        UNITS["offset"] * np.stack([u, v], axis=1),
+        covariance * (UNITS["freedom"] / (UNITS["freedom"] - 2)),
+        1 / (1 + np.exp(-visible)),
+        UNITS["log_size"] * log_size,
+        UNITS["lamp"] * np.stack([lamp_u, lamp_v], axis=1),
+        np.exp(-log_lamp - UNITS["log_lamp"]),
+    )
+
+
+def normalise(patches: Single) -> Single:
+    """Return patches (n, h, w) of mean 0 and variance 1, but for faint ones."""
+    x = patches - patches.mean(axis=(1, 2), keepdims=True)
+    return np.asarray(x / (np.sqrt(np.square(x).mean(axis=(1, 2), keepdims=True)) + _CONTRAST_FLOOR))
+
+
+def _run(layers: Sequence[Layer], x: Single, lamp: Single) -> Single:
+    """Return the outputs (n, k) of patches (n, h, w, 1)."""
+    for layer in layers:
+        kh, kw, channels, out = layer.weights.shape
+        windows = np.lib.stride_tricks.sliding_window_view(x, (kh, kw), axis=(1, 2))
+        windows = windows[:, :: layer.stride, :: layer.stride].transpose(0, 1, 2, 4, 5, 3)
+        n, h, w = windows.shape[:3]
+        flat = windows.reshape(n * h * w, kh * kw * channels) @ layer.weights.reshape(-1, out)
+        flat += layer.bias if layer.lamp is None else layer.bias + lamp @ layer.lamp
+        if layer is not layers[-1]:
+            np.maximum(flat, 0, out=flat)
+        x = flat.reshape(n, h, w, out)
+    return x.reshape(len(x), -1)
+
+
+def net_for(nets: Sequence[BallNet], width_px: float) -> BallNet:
+    """Return the network made for balls of a width in pixels."""
+    return max((net for net in nets if net.from_px <= width_px), key=lambda net: net.from_px)
+
+
+def write_ball_nets(nets: Sequence[BallNet]) -> bytes:
+    """Return the bytes of a file of networks (npz without pickles); weights are kept at half precision."""
+    about = [
+        {
+            "size": n.grid.size,
+            "radius": n.grid.radius,
+            "from_px": n.from_px,
+            "strides": [x.stride for x in n.layers],
+        }
+        for n in nets
+    ]
+    arrays: dict[str, Any] = {"about": np.frombuffer(json.dumps(about).encode(), np.uint8)}
+    for i, net in enumerate(nets):
+        for j, layer in enumerate(net.layers):
+            for part in ("weights", "bias", "lamp"):
+                if getattr(layer, part) is not None:
+                    arrays[f"{i}_{j}_{part}"] = getattr(layer, part).astype(np.float16)
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **arrays)
+    return buffer.getvalue()
+
+
+def read_ball_nets(data: bytes) -> tuple[BallNet, ...]:
+    """Return the networks of a file's bytes; raise ``BallNetError`` when it holds none."""
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as file:
+
+            def part(i: int, j: int, name: str) -> Single:
+                return np.asarray(file[f"{i}_{j}_{name}"], dtype=np.float32)
+
+            return tuple(
+                BallNet(
+                    PatchGrid(int(about["size"]), float(about["radius"])),
+                    float(about["from_px"]),
+                    tuple(
+                        Layer(
+                            part(i, j, "weights"),
+                            part(i, j, "bias"),
+                            int(stride),
+                            part(i, j, "lamp") if f"{i}_{j}_lamp" in file else None,
+                        )
+                        for j, stride in enumerate(about["strides"])
+                    ),
+                )
+                for i, about in enumerate(json.loads(file["about"].tobytes()))
+            )
+    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+        raise BallNetError("the file holds no ball network; train one with `python -m training`") from error
+
+
+@cache
+def default_ball_nets() -> tuple[BallNet, ...]:
+    """Return the networks that ship with the library."""
+    return read_ball_nets(resources.files("spinewatch.detection").joinpath("ball_net.npz").read_bytes())

@@ -1,0 +1,1 @@
+"""How the ball network came about: simulated examples in, weights out. Needs PyTorch; nothing else does."""

@@ -1,0 +1,35 @@
+"""Draws examples by several processes."""
+
+from __future__ import annotations
+
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
+import cv2
+import numpy as np
+from rich.progress import Progress
+
+from spinewatch.simulation.pictures.examples import ExampleParameters, Examples, draw_examples
+
+_CHUNK = 2000
+
+
+def draw(
+    parameters: ExampleParameters, count: int, seed: int, processes: int, progress: Progress
+) -> Examples:
+    """Draw examples in chunks with seeds of their own, so that the number of processes changes nothing."""
+    sizes = [min(_CHUNK, count - start) for start in range(0, count, _CHUNK)]
+    seeds = np.random.SeedSequence([seed, parameters.grid.size]).spawn(len(sizes))
+    task = progress.add_task(f"examples of {parameters.grid.size} x {parameters.grid.size}", total=count)
+    parts = []
+    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+        for part in pool.map(_draw_chunk, seeds, sizes, [parameters] * len(sizes)):
+            parts.append(part)
+            progress.advance(task, len(part.ball))
+    fields = (np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0]))
+    return Examples(*fields)
+
+
+def _draw_chunk(seed: np.random.SeedSequence, count: int, parameters: ExampleParameters) -> Examples:
+    cv2.setNumThreads(1)
+    return draw_examples(np.random.default_rng(seed), count, parameters)
