@@ -13,6 +13,7 @@ from fastapi_offline import FastAPIOffline
 
 from service import calibrations, health, jobs, motion, problems, stages, surgeries
 from service.body_limit import BodyLimit
+from service.head import Head
 from service.openapi import describe
 from service.request_log import RequestLog
 from store.bell import Bell
@@ -51,6 +52,7 @@ def create_app(settings: Settings) -> FastAPI:
         app.include_router(room.router)
     app.add_api_route("/", _to_docs, include_in_schema=False)
     problems.install(app)
+    app.add_middleware(Head)
     app.add_middleware(BodyLimit, max_bytes=settings.max_upload_bytes)
     app.add_middleware(RequestLog)
     describe(app)

@@ -102,7 +102,8 @@ def _methods(request: Request) -> list[str]:
     """Return what a path takes: the error names the methods of the first route there, not of them all."""
     paths = request.app.openapi()["paths"]
     matching = (path for path in paths if compile_path(path)[0].match(request.url.path))
-    return sorted({method.upper() for path in matching for method in paths[path]}) or ["GET"]
+    methods = {method.upper() for path in matching for method in paths[path]} or {"GET"}
+    return sorted(methods | {"HEAD"} if "GET" in methods else methods)
 
 
 def _http_problem(error: HTTPException) -> tuple[Problem, Mapping[str, str] | None]:
