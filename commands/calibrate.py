@@ -47,7 +47,7 @@ def calibrate(  # noqa: PLR0913, PLR0917 - one argument an option
     from commands.calibration_job import (  # noqa: PLC0415 - loads OpenCV and SciPy, which --help can do without
         run_images,
         run_points,
-        solve_parameters,
+        solve_options,
     )
 
     if len(files) % 2:
@@ -57,7 +57,7 @@ def calibrate(  # noqa: PLR0913, PLR0917 - one argument an option
         raise ParameterError(
             f"--verify is {verify} of {len(pairs)} shots; leave at least one to calibrate with"
         )
-    solve = solve_parameters(free, fix, estimate_aspect)
+    solve = solve_options(free, fix, estimate_aspect)
     if _are_points(files):
         document = run_points(pairs, solve, image_size, pixel_size, verify, name)
     else:
@@ -65,7 +65,7 @@ def calibrate(  # noqa: PLR0913, PLR0917 - one argument an option
     if out is not None:
         _write(out, json.dumps(document["rig"], indent=2) + "\n")
     if report is not None:
-        from commands.calibration_report import calibration_report  # noqa: PLC0415
+        from spinewatch.formats.calibration_html import calibration_report  # noqa: PLC0415
 
         _write(report, calibration_report(document))
     sys.stdout.write(json.dumps(document, indent=2) + "\n")

@@ -101,7 +101,7 @@ def calibrate_from_images(
     seen: list[tuple[Shot, Float, Float]] = []
     lenses: list[Camera | None] = [None, None]
     for k, (name, pair) in enumerate(zip(names, shots, strict=True)):
-        progress(f"find targets of shot {name}", 0.8 * k / len(shots))
+        progress(f"find targets of shot {k + 1} of {len(shots)}", 0.8 * k / len(shots))
         seen.append(_see(name, pair, field, sensors, lenses, parameters))
     progress("adjust", 0.8)
     first = len(seen) - verify
