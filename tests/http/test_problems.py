@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from store.revision import REVISION
 from tests.http.harness import RIG, Service, code_of, pair, problem_of, wait_for
 
 SURGERY = {
@@ -266,7 +267,7 @@ def test_a_record_of_another_version_is_a_problem(small: Service) -> None:
     try:
         assert code_of(small.client.get("/v1/health"), 503) == "record-not-ready"
     finally:
-        change(small, "UPDATE alembic_version SET version_num = '0001'")
+        change(small, "UPDATE alembic_version SET version_num = ?", REVISION)
     assert small.ready()
 
 
