@@ -8,12 +8,12 @@ from typing import Any
 from uuid import uuid4
 
 from sqlalchemy import select
-from sqlalchemy.orm import Session, joinedload, selectinload
+from sqlalchemy.orm import Session, joinedload, selectinload, undefer
 
 from spinewatch.camera import Rig
 from spinewatch.formats.rig_json import rig_to_dict
 from store import changes
-from store.errors import NotFoundError
+from store.errors import NotFoundError, ReportNotFoundError
 from store.page import Page, page_of
 from store.tables import Calibration, CalibrationReport, CalibrationRequest, CalibrationShot, Stage
 
@@ -63,11 +63,25 @@ def get_with_report(session: Session, calibration_id: str) -> Calibration:
     return _found(session.get(Calibration, calibration_id, options=[_REPORT]))
 
 
+def report_of(row: Calibration) -> CalibrationReport:
+    """Return the report of a calibration got with it; raise ``ReportNotFoundError`` for one given as a rig."""
+    if row.report is None:
+        raise ReportNotFoundError
+    return row.report
+
+
+def shot_of(row: Calibration, number: int) -> CalibrationShot:
+    """Return a shot, counted from 1, of a calibration got with its report; raise ``NotFoundError``."""
+    shots = report_of(row).request.shots
+    if number > len(shots):
+        raise NotFoundError("shot")
+    return shots[number - 1]
+
+
 def listed(session: Session, limit: int, offset: int) -> Page[Calibration]:
     """Return a page of calibrations, oldest first."""
-    return page_of(
-        session, select(Calibration).order_by(Calibration.created_at, Calibration.id), limit, offset
-    )
+    query = select(Calibration).options(joinedload(Calibration.report))
+    return page_of(session, query.order_by(Calibration.created_at, Calibration.id), limit, offset)
 
 
 def age(calibration: Calibration, stage: Stage) -> timedelta:
@@ -88,4 +102,6 @@ def _found(row: Calibration | None) -> Calibration:
 _SHOTS = selectinload(CalibrationRequest.shots).options(
     joinedload(CalibrationShot.left), joinedload(CalibrationShot.right)
 )
-_REPORT = joinedload(Calibration.report).joinedload(CalibrationReport.request).options(_SHOTS)
+_REPORT = joinedload(Calibration.report).options(
+    undefer(CalibrationReport.report), joinedload(CalibrationReport.request).options(_SHOTS)
+)

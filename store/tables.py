@@ -151,7 +151,7 @@ class CalibrationReport(Base):
     calibration_id: Mapped[str] = mapped_column(
         ForeignKey("calibrations.id"), ForeignKey("calibration_requests.id"), primary_key=True
     )
-    report: Mapped[Document]
+    report: Mapped[Document] = mapped_column(JSON, deferred=True)
     version: Mapped[str] = mapped_column(String(32))
 
     request: Mapped[CalibrationRequest] = relationship(viewonly=True, lazy="raise")
