@@ -20,7 +20,9 @@ from store.tables import Document
 MAX_SHOTS = 20
 _MAX_CSV_BYTES = 64 * 1024
 _MAX_PIXELS_IN_ALL = 2 * MAX_PIXELS
-_INTERIOR = "f|x0|y0|K1|K2|P1|P2"
+INTERIOR = ("f", "x0", "y0", "K1", "K2", "P1", "P2")
+"""Parameters that may be chosen; the library's own list is out of reach here."""
+_NAME = "|".join(INTERIOR)
 _NUMBER = r"[+-]?[0-9]{1,9}(\.[0-9]{1,15})?([eE][+-]?[0-9]{1,2})?"
 
 
@@ -76,7 +78,7 @@ class CalibrationForm(BaseModel):
     free: Annotated[
         str | None,
         Field(
-            pattern=f"^({_INTERIOR})(,({_INTERIOR}))*$",
+            pattern=f"^({_NAME})(,({_NAME}))*$",
             description="Interior parameters to adjust; else chosen by what the points determine.",
             examples=["f,x0,y0,K1"],
         ),
@@ -85,7 +87,7 @@ class CalibrationForm(BaseModel):
     fix: Annotated[
         str | None,
         Field(
-            pattern=f"^({_INTERIOR})={_NUMBER}(,({_INTERIOR})={_NUMBER})*$",
+            pattern=f"^({_NAME})={_NUMBER}(,({_NAME})={_NUMBER})*$",
             description="Interior parameters held at a value, in the units of the rig.",
             examples=["x0=0,y0=0"],
         ),

@@ -87,10 +87,10 @@ def listed(session: Session, limit: int, offset: int) -> Page[Calibration]:
 def age(calibration: Calibration, stage: Stage) -> timedelta:
     """Return how old a calibration was when a stage was taken; negative when it was made afterwards.
 
-    A rig of unknown date is taken for as old as its entry in the record: it is no younger.
+    A rig of unknown date, or of one to come, is taken for as old as its entry in the record: it is no younger.
     """
     taken = stage.captured_at or stage.created_at
-    return taken - (calibration.calibrated_at or calibration.created_at)
+    return taken - min(calibration.calibrated_at or calibration.created_at, calibration.created_at)
 
 
 def _found(row: Calibration | None) -> Calibration:

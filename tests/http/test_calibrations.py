@@ -11,6 +11,8 @@ import httpx
 import numpy as np
 import pytest
 
+from service.shots import INTERIOR
+from spinewatch.calibration.collinearity import EXTERIOR, NAMES
 from spinewatch.calibration.control_field import ControlField, pegboard_1995
 from spinewatch.formats.control_csv import control_field_csv
 from tests.http.harness import FINAL, RIG, Pair, Service, board, code_of, pair, problem_of, wait_for
@@ -156,6 +158,16 @@ def test_options_reach_the_solver(service: Service, made: dict[str, Any]) -> Non
     aspect = show(service, service.calibrated(board("C"), board("A"), estimate_aspect="true"))
     assert "aspect" in aspect["report"]["cameras"]["left"]["free"]
     assert "aspect" not in made["report"]["cameras"]["left"]["free"]
+
+
+def test_the_parameters_to_choose_from_are_the_camera_s() -> None:
+    assert (*EXTERIOR, *INTERIOR, "aspect") == NAMES
+
+
+def test_empty_options_are_none(service: Service, made: dict[str, Any]) -> None:
+    empty = dict.fromkeys(("free", "fix", "pixel_size", "captured_at"), "")
+    shown = show(service, service.calibrated(board("C"), board("A"), verify="1", **empty))
+    assert shown["rig"] == made["rig"]
 
 
 def swapped(images: Pair) -> Pair:
@@ -329,6 +341,13 @@ def checks(service: Service, calibration: str) -> list[dict[str, Any]]:
     assert answer.status_code == 200, answer.text
     items: list[dict[str, Any]] = answer.json()["items"]
     return items
+
+
+def test_a_time_without_a_zone_is_no_time_of_calibration(service: Service) -> None:
+    answer = service.client.post(
+        "/v1/calibrations", json=RIG, params={"calibrated_at": "2026-11-21T09:30:00"}
+    )
+    assert problem_of(answer, 422)["errors"][0]["loc"] == ["query", "calibrated_at"]
 
 
 def test_an_old_calibration_is_flagged_and_its_checks_tell_the_age(service: Service, surgery: str) -> None:

@@ -117,7 +117,8 @@ def test_nobody_changes_or_deletes_a_calibration(record: Record, statement: str)
         (at(-7200), None, 2.0),
         (at(-7200), at(3600), 3.0),
         (None, at(3600), 1.0),
-        (at(3600), at(-3600), -2.0),
+        (at(-3600), at(-7200), -1.0),
+        (at(3600), at(7200), 2.0),
     ],
 )
 def test_the_age_of_a_calibration_counts_from_what_is_known(
