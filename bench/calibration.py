@@ -1,8 +1,8 @@
 """``python -m bench.calibration``: calibration on rendered boards, published tables and real data, beside its peers.
 
 ``--check`` ends with status 1 when a bar is missed. The boards and the real coordinates come with the project
-(samples/calibration); ``--boards DIR`` takes other trials, named A, B, C ... with truth.json. The second camera of
-OpenPTV's cavity stays above its bar of 0.24 px; docs/calibration.md has the figures.
+(samples/calibration); ``--boards DIR`` takes other trials, named A, B, C ... with truth.json. docs/calibration.md
+has the figures.
 """
 
 from __future__ import annotations
