@@ -77,14 +77,8 @@ def run_points(
     """Return the document of a calibration from two CSV files of image points."""
     if len(pairs) != 1:
         raise ParameterError("give two CSV files, LEFT and RIGHT; several shots go into a column named shot")
-    if image_size is None:
-        raise ParameterError("give --image-size, like 568x416: coordinates do not tell it")
-    width, height = _two_numbers(image_size, "x", "--image-size")
-    size = (int(width), int(height))
-    sensor = Sensor.of_cart(size)
-    if pixel_size is not None:
-        sensor = Sensor(size, _two_numbers(pixel_size, ",", "--pixel-size"))
-    left, right = (parse_image_points(_text(path), path.name) for path in pairs[0])
+    sensor = sensor_of(image_size, pixel_size)
+    left, right = (parse_image_points(read_text(path), path.name) for path in pairs[0])
     shots = _shots(left, right)
     if not 0 <= verify < len(shots):
         raise ParameterError(
@@ -96,6 +90,17 @@ def run_points(
         shots, _field_of(shots), (sensor, sensor), solve, verify=verify, rig_name=name
     )
     return _document(result, clock.stop(), [])
+
+
+def sensor_of(image_size: str | None, pixel_size: str | None) -> Sensor:
+    """Return the sensor of --image-size and --pixel-size; without the latter the cart's."""
+    if image_size is None:
+        raise ParameterError("give --image-size, like 568x416: coordinates do not tell it")
+    width, height = _two_numbers(image_size, "x", "--image-size")
+    size = (int(width), int(height))
+    if pixel_size is None:
+        return Sensor.of_cart(size)
+    return Sensor(size, _two_numbers(pixel_size, ",", "--pixel-size"))
 
 
 def solve_parameters(free: str | None, fix: str | None, estimate_aspect: bool) -> SolveParameters:
@@ -126,7 +131,7 @@ def read_field(control_field: str) -> ControlField:
         raise ControlFieldError(
             f"{control_field} is neither a file nor a built-in control field; built in: {', '.join(BUILT_IN)}"
         )
-    return parse_control_field(_text(path), path.name)
+    return parse_control_field(read_text(path), path.name)
 
 
 def _document(
@@ -189,7 +194,8 @@ def _picture(path: Path, data: bytes) -> Gray:
         raise ImageError(f"{path}: {error}") from error
 
 
-def _text(path: Path) -> str:
+def read_text(path: Path) -> str:
+    """Return a text file; raises ``InputError``."""
     try:
         return _read(path).decode("utf-8")
     except UnicodeDecodeError as error:

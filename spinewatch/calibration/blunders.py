@@ -21,8 +21,9 @@ class BlunderParameters:
 
     ``significance`` of the test, shared among all points (Bonferroni): the share of sound calibrations that lose
     a point. Simulated, 1% leaves fewer blunders and better cameras than 0.1%, and 5% takes good points
-    (docs/calibration.md). ``floor_px`` below which no residual is suspicious, however small the others; ``readmission`` probability that a suspect's miss must have to be taken
-    back; ``most`` the greatest fraction of points that may be removed.
+    (docs/calibration.md). ``floor_px`` below which no residual is suspicious, however small the others;
+    ``readmission`` probability that a suspect's miss must have to be taken back; ``most`` the greatest fraction
+    of points that may be removed.
     """
 
     significance: float = 0.01

@@ -18,7 +18,9 @@ from spinewatch.camera import Camera, Float, Rig
 from spinewatch.flags import Flag
 
 SIDES = ("left", "right")
-_FOR_EXTERIOR = 4
+FOR_EXTERIOR = 4
+"""Points that one image must show of a shot to take part in it."""
+
 _CORRELATED = 0.95
 
 
@@ -110,7 +112,7 @@ def _conclude(block: Block, shots: Sequence[Shot], parameters: SolveParameters, 
     removed = tuple(RemovedPoint(SIDES[b.camera], shots[b.placement].name, b.id, b.miss_px) for b in blunders)
     sd = {side: _sd(adjustment, c) for c, side in enumerate(SIDES)}
     free = {side: adjustment.block.free[c] for c, side in enumerate(SIDES)}
-    flags = (*_blunder_flags(removed), *_determinability_flags(adjustment, free))
+    flags = calibration_flags(adjustment, free, removed)
     placements = adjustment.block.placements
     return Calibration(Rig(name, left, right), tuple(shots), placements, free, sd, adjustment, removed, flags)
 
@@ -120,7 +122,7 @@ def _refuse_empty(shots: Sequence[Shot]) -> None:
         raise TooFewPointsError("no shot of a control field was given; give at least one stereo pair")
     for side in SIDES:
         count = len(getattr(shots[0], side))
-        if count < _FOR_EXTERIOR:
+        if count < FOR_EXTERIOR:
             raise TooFewPointsError(
                 f"the {side} image of the first shot, {shots[0].name}, has {count} control points; the first shot"
                 " defines object space and needs at least 6 in both images"
@@ -129,7 +131,7 @@ def _refuse_empty(shots: Sequence[Shot]) -> None:
 
 def _images(shots: Sequence[Shot], side: str) -> list[ImagePoints | None]:
     images: list[ImagePoints] = [getattr(shot, side) for shot in shots]
-    return [image if len(image) >= _FOR_EXTERIOR else None for image in images]
+    return [image if len(image) >= FOR_EXTERIOR else None for image in images]
 
 
 def _views(shots: Sequence[Shot]) -> dict[View, ImagePoints]:
@@ -171,6 +173,13 @@ def _refuse_orientation(left: Camera, right: Camera, first: Shot) -> None:
 def _sd(adjustment: Adjustment, camera: int) -> Mapping[str, float]:
     prefix = f"{camera}:"
     return {n.removeprefix(prefix): v for n, v in adjustment.sd.items() if n.startswith(prefix)}
+
+
+def calibration_flags(
+    adjustment: Adjustment, free: Mapping[str, tuple[str, ...]], removed: Sequence[RemovedPoint]
+) -> tuple[Flag, ...]:
+    """Return what to know of an adjustment whose cameras have these free parameters, by name."""
+    return (*_blunder_flags(removed), *_determinability_flags(adjustment, free))
 
 
 def _blunder_flags(removed: Sequence[RemovedPoint]) -> tuple[Flag, ...]:

@@ -137,7 +137,11 @@ def test_three_blunders_of_some_sigma_are_named_and_good_points_stay() -> None:
         noise = 0.2 * np.random.default_rng(seed).standard_normal((30, 2))
         sound, faulty = (
             resect(
-                [ImagePoints.build(field.ids, field.points_mm, rig.left.project(field.points_mm) + noise + e)],
+                [
+                    ImagePoints.build(
+                        field.ids, field.points_mm, rig.left.project(field.points_mm) + noise + e
+                    )
+                ],
                 sensor,
                 SolveParameters(),
             )
