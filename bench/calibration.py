@@ -18,8 +18,8 @@ from time import perf_counter
 
 import numpy as np
 
-from bench.calibration_boards import automatic, moved_board, processed_scenes
-from bench.calibration_peers import compare
+from bench.calibration_boards import angles, automatic, moved_board, processed_scenes
+from bench.calibration_peers import against_dlt, compare
 from bench.calibration_real import chessboards, openptv
 from bench.calibration_tables import table_3_2, table_3_4
 from bench.tables import Bar, Grid, bars
@@ -46,6 +46,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         lambda: automatic(options.boards),
         lambda: processed_scenes(options.boards, options.scenes),
         lambda: compare(options.boards),
+        against_dlt,
+        lambda: angles(options.boards),
         table_3_2,
         table_3_4,
         lambda: openptv(real / "openptv"),

@@ -9,13 +9,8 @@ from typing import Annotated
 
 import typer
 
-from spinewatch.errors import ParameterError, SpinewatchError
-
-
-class OutputError(SpinewatchError):
-    """A result cannot be written where the user asked."""
-
-    code = "unwritable-file"
+from commands.files import write_text
+from spinewatch.errors import ParameterError
 
 
 def calibrate(  # noqa: PLR0913, PLR0917 - one argument an option
@@ -69,12 +64,12 @@ def calibrate(  # noqa: PLR0913, PLR0917 - one argument an option
         )
         rig = document["rig"]
     if out is not None:
-        _write(out, json.dumps(rig, indent=2) + "\n")
+        write_text(out, json.dumps(rig, indent=2) + "\n")
     if report is not None:
         from commands.calibration_report import calibration_report, cameras_report  # noqa: PLC0415
 
         page = cameras_report if "cameras" in rig else calibration_report
-        _write(report, page(document))
+        write_text(report, page(document))
     sys.stdout.write(json.dumps(document, indent=2) + "\n")
 
 
@@ -91,10 +86,3 @@ def _pairs(files: list[Path], verify: int, *, points: bool) -> list[tuple[Path, 
 
 def _are_points(files: list[Path]) -> bool:
     return all(path.suffix.lower() == ".csv" for path in files)
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"cannot write {path}: {error.strerror}") from error

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from commands.files import read_bytes, read_text
 from commands.stopwatch import Stopwatch
 from spinewatch.calibration.collinearity import EXTERIOR, NAMES
 from spinewatch.calibration.control_field import BUILT_IN, ControlField
@@ -23,18 +24,12 @@ from spinewatch.calibration.from_images import (
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot
 from spinewatch.calibration.resection import SolveParameters
 from spinewatch.camera import Float
-from spinewatch.errors import ImageError, ParameterError, SpinewatchError
+from spinewatch.errors import ImageError, ParameterError
 from spinewatch.formats.calibration_json import calibration_document
 from spinewatch.formats.control_csv import built_in_field, parse_control_field, parse_image_points
 from spinewatch.formats.images import Gray, decode_image
 
 Pair = tuple[Path, Path]
-
-
-class InputError(SpinewatchError):
-    """A file that the user named cannot be read."""
-
-    code = "unreadable-file"
 
 
 def run_images(
@@ -49,7 +44,7 @@ def run_images(
     if control_field is None:
         raise ParameterError(f"give --control-field: a CSV, or one of {', '.join(BUILT_IN)}")
     field = read_field(control_field)
-    data = {path: _read(path) for pair in pairs for path in pair}
+    data = {path: read_bytes(path) for pair in pairs for path in pair}
     names = _shot_names(pairs)
     pixel = None if pixel_size is None else _two_numbers(pixel_size, ",", "--pixel-size")
     clock = Stopwatch()
@@ -192,18 +187,3 @@ def _picture(path: Path, data: bytes) -> Gray:
         return decode_image(data)
     except ImageError as error:
         raise ImageError(f"{path}: {error}") from error
-
-
-def read_text(path: Path) -> str:
-    """Return a text file; raises ``InputError``."""
-    try:
-        return _read(path).decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path} is not a text file") from error
-
-
-def _read(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error

@@ -7,7 +7,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from commands.calibration_job import read_text, sensor_of
+from commands.calibration_job import sensor_of
+from commands.files import read_text
 from commands.stopwatch import Stopwatch
 from spinewatch.calibration.cameras import calibrate_cameras
 from spinewatch.calibration.resection import SolveParameters

@@ -206,7 +206,8 @@ class _Equations:
     def _evaluate(self, x: Float) -> None:
         if self.at is not None and np.array_equal(self.at, x):
             return
-        cameras, self.chain, moves = self._split(x)
+        with np.errstate(all="ignore"):  # a step too far gives NaN, which the solver steps back from
+            cameras, self.chain, moves = self._split(x)
         value, J = np.full(self.count, np.nan), np.zeros((self.count, len(x)))
         moved = [_move(p, m) for p, m in zip(self.block.placements, moves, strict=True)]
         column = 0
