@@ -15,6 +15,7 @@ from spinewatch.calibration.placement import Placement
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot
 from spinewatch.calibration.resection import Resection, SolveParameters, resect
 from spinewatch.camera import Camera, Float, Rig
+from spinewatch.errors import SameImageError
 from spinewatch.flags import Flag
 
 SIDES = ("left", "right")
@@ -83,10 +84,11 @@ def calibrate(
     """Return the rig that took these shots of one control field; the first shot defines object space.
 
     Raises ``TooFewPointsError``, ``PlanarFieldError``, ``MirroredFieldError``, ``UndeterminedError``,
-    ``PoorFitError``, ``ConvergenceError``, ``BoardOrientationError`` and ``SidesSwappedError``.
+    ``PoorFitError``, ``ConvergenceError``, ``BoardOrientationError``, ``SidesSwappedError`` and ``SameImageError``.
     """
     parameters = parameters or SolveParameters()
     _refuse_empty(shots)
+    _refuse_same(shots)
     resections = [
         resect(_images(shots, side), sensor, parameters, f"the {side} camera")
         for side, sensor in zip(SIDES, sensors, strict=True)
@@ -126,6 +128,14 @@ def _refuse_empty(shots: Sequence[Shot]) -> None:
             raise TooFewPointsError(
                 f"the {side} image of the first shot, {shots[0].name}, has {count} control points; the first shot"
                 " defines object space and needs at least 6 in both images"
+            )
+
+
+def _refuse_same(shots: Sequence[Shot]) -> None:
+    for shot in shots:
+        if np.array_equal(shot.left.pixels, shot.right.pixels):
+            raise SameImageError(
+                f"shot {shot.name}: left and right show the same image points; give those of two cameras"
             )
 
 
