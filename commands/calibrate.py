@@ -45,6 +45,7 @@ def calibrate(  # noqa: PLR0913, PLR0917 - one argument an option
         run_points,
         solve_parameters,
     )
+    from commands.progress import terminal_progress  # noqa: PLC0415
 
     solve = solve_parameters(free, fix, estimate_aspect)
     points = _are_points(files)
@@ -57,11 +58,11 @@ def calibrate(  # noqa: PLR0913, PLR0917 - one argument an option
         rig = {"cameras": document["cameras"]}
     else:
         pairs = _pairs(files, verify, points=points)
-        document = (
-            run_points(pairs, solve, image_size, pixel_size, verify, name)
-            if points
-            else run_images(pairs, control_field, solve, pixel_size, verify, name)
-        )
+        if points:
+            document = run_points(pairs, solve, image_size, pixel_size, verify, name)
+        else:
+            with terminal_progress() as progress:
+                document = run_images(pairs, control_field, solve, pixel_size, verify, name, progress)
         rig = document["rig"]
     if out is not None:
         write_text(out, json.dumps(rig, indent=2) + "\n")

@@ -18,8 +18,10 @@ from spinewatch.calibration.errors import ControlFieldError, PointsError
 from spinewatch.calibration.from_images import (
     CalibrationResult,
     FromImagesParameters,
+    Progress,
     calibrate_from_images,
     calibrate_from_points,
+    silent,
 )
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot
 from spinewatch.calibration.resection import SolveParameters
@@ -39,6 +41,7 @@ def run_images(
     pixel_size: str | None,
     verify: int,
     name: str,
+    progress: Progress = silent,
 ) -> dict[str, Any]:
     """Return the document of a calibration from pictures."""
     if control_field is None:
@@ -49,9 +52,14 @@ def run_images(
     pixel = None if pixel_size is None else _two_numbers(pixel_size, ",", "--pixel-size")
     clock = Stopwatch()
     clock("decode")
+
+    def step(what: str, fraction: float) -> None:
+        clock(what)
+        progress(what, fraction)
+
     shots = [(_picture(left, data[left]), _picture(right, data[right])) for left, right in pairs]
     parameters = FromImagesParameters(pixel_size_mm=pixel, solve=solve)
-    result = calibrate_from_images(shots, field, parameters, clock, names=names, verify=verify, rig_name=name)
+    result = calibrate_from_images(shots, field, parameters, step, names=names, verify=verify, rig_name=name)
     timings = clock.stop()
     images = [
         {"shot": shot, "side": side, "file": path.name, "sha256": hashlib.sha256(data[path]).hexdigest()}

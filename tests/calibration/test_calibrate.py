@@ -27,6 +27,7 @@ from spinewatch.calibration.placement import Placement, absolute_orientation
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot
 from spinewatch.calibration.resection import THIRTEEN, SolveParameters, resect
 from spinewatch.camera import Camera, Rig
+from spinewatch.errors import SameImageError
 from spinewatch.formats.control_csv import parse_image_points
 from spinewatch.simulation.rigs import converging_rig, random_rig, table_3_3_rig
 
@@ -204,6 +205,12 @@ def test_exchanged_sides_are_told_from_a_board_upside_down(shot: MakeShot, senso
     half_turn = Placement(np.diag([-1.0, -1.0, 1.0]), np.array([2 * 444.5, 2 * 381.0, 0.0]))
     with pytest.raises(BoardOrientationError, match="X runs to the"):
         calibrate([shot(placement=half_turn)], (sensor, sensor))
+
+
+def test_one_image_given_for_both_sides_is_refused(shot: MakeShot, sensor: Sensor) -> None:
+    image = shot(sigma_px=0.05).left
+    with pytest.raises(SameImageError, match="shot C"):
+        calibrate([Shot("C", image, image)], (sensor, sensor))
 
 
 def test_a_left_handed_field_is_refused(shot: MakeShot, sensor: Sensor) -> None:
