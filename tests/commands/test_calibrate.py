@@ -31,6 +31,8 @@ def test_pictures_become_a_rig_file_and_a_report(tmp_path: Path) -> None:
     html = report.read_text()
     assert "http" not in html
     assert "<script" not in html
+    assert "Strong correlations" in html
+    assert "depth of field" in html
 
 
 def test_a_field_that_is_not_there_is_named(tmp_path: Path) -> None:
