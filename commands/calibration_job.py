@@ -10,25 +10,20 @@ from typing import Any
 
 import numpy as np
 
+from commands.files import read_bytes, read_text
 from commands.stopwatch import Stopwatch
 from spinewatch.calibration.control_field import BUILT_IN, ControlField
 from spinewatch.calibration.errors import PointsError
-from spinewatch.calibration.from_images import FromImagesParameters, calibrate_from_points
+from spinewatch.calibration.from_images import FromImagesParameters, Progress, calibrate_from_points, silent
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot
 from spinewatch.calibration.resection import SolveParameters
 from spinewatch.camera import Float
-from spinewatch.errors import ParameterError, SpinewatchError
+from spinewatch.errors import ParameterError
 from spinewatch.formats.calibration_files import ShotFiles, calibrate_files, control_field, solve_parameters
 from spinewatch.formats.calibration_json import calibration_document
 from spinewatch.formats.control_csv import parse_image_points
 
 Pair = tuple[Path, Path]
-
-
-class InputError(SpinewatchError):
-    """A file that the user named cannot be read."""
-
-    code = "unreadable-file"
 
 
 def run_images(
@@ -38,6 +33,7 @@ def run_images(
     pixel_size: str | None,
     verify: int,
     name: str,
+    progress: Progress = silent,
 ) -> dict[str, Any]:
     """Return the document of a calibration from pictures."""
     if field_or_file is None:
@@ -45,12 +41,18 @@ def run_images(
     field = read_field(field_or_file)
     names = _shot_names(pairs)
     shots = [
-        ShotFiles(shot, _read(left), _read(right)) for shot, (left, right) in zip(names, pairs, strict=True)
+        ShotFiles(shot, read_bytes(left), read_bytes(right))
+        for shot, (left, right) in zip(names, pairs, strict=True)
     ]
     pixel = None if pixel_size is None else _two_numbers(pixel_size, ",", "--pixel-size")
-    parameters = FromImagesParameters(pixel_size_mm=pixel, solve=solve)
     clock = Stopwatch()
-    document = calibrate_files(shots, field, parameters, clock, verify=verify, rig_name=name)
+
+    def step(what: str, fraction: float) -> None:
+        clock(what)
+        progress(what, fraction)
+
+    parameters = FromImagesParameters(pixel_size_mm=pixel, solve=solve)
+    document = calibrate_files(shots, field, parameters, step, verify=verify, rig_name=name)
     timings = clock.stop()
     images = [
         {"shot": shot.name, "side": side, "file": path.name, "sha256": hashlib.sha256(content).hexdigest()}
@@ -71,14 +73,8 @@ def run_points(
     """Return the document of a calibration from two CSV files of image points."""
     if len(pairs) != 1:
         raise ParameterError("give two CSV files, LEFT and RIGHT; several shots go into a column named shot")
-    if image_size is None:
-        raise ParameterError("give --image-size, like 568x416: coordinates do not tell it")
-    width, height = _two_numbers(image_size, "x", "--image-size")
-    size = (int(width), int(height))
-    sensor = Sensor.of_cart(size)
-    if pixel_size is not None:
-        sensor = Sensor(size, _two_numbers(pixel_size, ",", "--pixel-size"))
-    left, right = (parse_image_points(_text(path), path.name) for path in pairs[0])
+    sensor = sensor_of(image_size, pixel_size)
+    left, right = (parse_image_points(read_text(path), path.name) for path in pairs[0])
     shots = _shots(left, right)
     if not 0 <= verify < len(shots):
         raise ParameterError(
@@ -90,6 +86,17 @@ def run_points(
         shots, _field_of(shots), (sensor, sensor), solve, verify=verify, rig_name=name
     )
     return _dated(calibration_document(result), clock.stop(), [])
+
+
+def sensor_of(image_size: str | None, pixel_size: str | None) -> Sensor:
+    """Return the sensor of --image-size and --pixel-size; without the latter the cart's."""
+    if image_size is None:
+        raise ParameterError("give --image-size, like 568x416: coordinates do not tell it")
+    width, height = _two_numbers(image_size, "x", "--image-size")
+    size = (int(width), int(height))
+    if pixel_size is None:
+        return Sensor.of_cart(size)
+    return Sensor(size, _two_numbers(pixel_size, ",", "--pixel-size"))
 
 
 def solve_options(free: str | None, fix: str | None, estimate_aspect: bool) -> SolveParameters:
@@ -109,7 +116,7 @@ def read_field(name_or_file: str) -> ControlField:
     """Return the built-in control field of that name, or the one in that CSV file."""
     path = Path(name_or_file)
     if name_or_file not in BUILT_IN and path.is_file():
-        return control_field(path.name, _text(path))
+        return control_field(path.name, read_text(path))
     return control_field(name_or_file)
 
 
@@ -158,17 +165,3 @@ def _two_numbers(text: str, separator: str, option: str) -> tuple[float, float]:
     if not (a > 0 and b > 0):
         raise ParameterError(f"{option} {text!r} must be positive")
     return a, b
-
-
-def _text(path: Path) -> str:
-    try:
-        return _read(path).decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path} is not a text file") from error
-
-
-def _read(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error

@@ -191,7 +191,8 @@ def _see(
     for c, (side, image) in enumerate(zip(("left", "right"), pair, strict=True)):
         targets = find_targets(image, parameters.targets)
         where = f"the {side} picture of shot {name}"
-        found = identify(targets, field, sensors[c], parameters.identify, where, lenses[c])
+        naming = replace(parameters.identify, estimate_aspect=parameters.solve.estimate_aspect)
+        found = identify(targets, field, sensors[c], naming, where, lenses[c])
         lenses[c] = found.camera
         images.append(found.points)
         spreads.append(_spreads(found.points, targets))

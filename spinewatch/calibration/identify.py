@@ -37,7 +37,8 @@ class IdentifyParameters:
     lengths to try, in plate widths; ``neighbours`` control points that may be next to one another in the image
     although others lie nearer; ``coarse`` tolerance of a match, in spacings of the targets; ``fine`` tolerance,
     ``fit`` and ``tight_fit`` standard deviations, in image widths: a naming must fit, and one that rests on few
-    targets or leaves many out must fit tightly; ``refined`` hypotheses that are adjusted for each of ``seeds``.
+    targets or leaves many out must fit tightly; ``refined`` hypotheses that are adjusted for each of ``seeds``;
+    ``estimate_aspect`` adjusts the pixels' aspect with the lens.
     """
 
     least: int = 8
@@ -50,6 +51,12 @@ class IdentifyParameters:
     tight_fit: float = 0.0005
     refined: int = 12
     seeds: int = 6
+    estimate_aspect: bool = False
+
+    @property
+    def lens(self) -> tuple[str, ...]:
+        """Parameters of the camera that are adjusted to many targets."""
+        return (*_LENS, "aspect") if self.estimate_aspect else _LENS
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,8 +98,8 @@ class _Task:
     def is_sound(self, naming: _Naming) -> bool:
         """Return whether chance could not have made a naming that fits so well."""
         if self.is_tight(naming):
-            return self.is_complete(naming) or len(naming.target) > len(_LENS)
-        many = len(naming.target) > len(_LENS) and self.is_complete(naming)
+            return self.is_complete(naming) or len(naming.target) > len(self.parameters.lens)
+        many = len(naming.target) > len(self.parameters.lens) and self.is_complete(naming)
         return many and naming.sigma_px < self.parameters.fit * self.width_px
 
 
@@ -270,7 +277,7 @@ def _score(R: Float, t: Float, X: Float, camera: Camera, pixels: Float, toleranc
 
 def _refine(camera: Camera, task: _Task) -> _Naming | None:
     """Return the naming that a pose grows to: match, adjust with ever more of the lens, match closer again."""
-    X, limit = task.field.points_mm, task.limit_px
+    X, limit, lens = task.field.points_mm, task.limit_px, task.parameters.lens
     coarse = task.parameters.coarse * task.spacing_px
     target, control = _match(camera, task.pixels, X, coarse)
     if len(target) < task.parameters.least:
@@ -279,7 +286,7 @@ def _refine(camera: Camera, task: _Task) -> _Naming | None:
     at_once = _within(camera, task, len(EXTERIOR))
     if at_once is not None and task.is_complete(at_once) and task.is_tight(at_once):
         return at_once
-    for tolerance, free in ((0.6 * coarse, (*EXTERIOR, "f", "K1")), (0.3 * coarse, _LENS), (limit, _LENS)):
+    for tolerance, free in ((0.6 * coarse, (*EXTERIOR, "f", "K1")), (0.3 * coarse, lens), (limit, lens)):
         target, control = _match(camera, task.pixels, X, max(tolerance, limit))
         if len(target) < task.parameters.least:
             return None
@@ -290,7 +297,7 @@ def _refine(camera: Camera, task: _Task) -> _Naming | None:
         except (ValueError, np.linalg.LinAlgError):
             return None
         camera = adjusted.block.cameras[0]
-    return _within(camera, task, len(_LENS))
+    return _within(camera, task, len(lens))
 
 
 def _within(camera: Camera, task: _Task, unknowns: int) -> _Naming | None:

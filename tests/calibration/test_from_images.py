@@ -1,3 +1,4 @@
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -13,10 +14,11 @@ from spinewatch.calibration.errors import (
     SidesSwappedError,
     TargetsNotFoundError,
 )
-from spinewatch.calibration.from_images import calibrate_from_images
+from spinewatch.calibration.from_images import FromImagesParameters, calibrate_from_images
 from spinewatch.calibration.identify import identify
 from spinewatch.calibration.placement import Placement
 from spinewatch.calibration.points import Sensor
+from spinewatch.calibration.resection import SolveParameters
 from spinewatch.calibration.targets import find_targets
 from spinewatch.errors import SameImageError
 from spinewatch.formats.images import Gray
@@ -66,6 +68,28 @@ def test_marks_of_a_turned_board_are_named(mark: Literal["cross", "disc"], turn:
     true = camera.project(place(FIELD.take(points.ids)))
     assert len(points) >= 9
     assert np.sqrt(np.mean((points.pixels - true) ** 2)) < 0.05
+
+
+@pytest.mark.parametrize("mark", ["disc", "cross"])
+def test_marks_on_a_board_as_white_as_its_pegs_are_named(mark: Literal["cross", "disc"]) -> None:
+    camera = table_3_3_rig().left
+    place = Placement(np.eye(3), np.array([0.0, 5.0, 0.0]))
+    look = BoardLook(mark=mark, mark_mm=11, board=237, side=190, samples=3)
+    found = find_targets(draw_board(camera, FIELD, place, np.random.default_rng(3), look))
+    points = identify(found, FIELD, Sensor.of_cart((568, 416))).points
+    true = camera.project(place(FIELD.take(points.ids)))
+    assert len(points) >= 10
+    assert np.sqrt(np.mean((points.pixels - true) ** 2)) < 0.06
+
+
+def test_an_unknown_aspect_is_estimated_from_pictures(boards: Boards) -> None:
+    square = FromImagesParameters(pixel_size_mm=(0.01, 0.01))
+    with pytest.raises(IdentificationError, match="aspect"):
+        calibrate_from_images([boards["C"][0]], FIELD, square)
+    estimated = replace(square, solve=SolveParameters(estimate_aspect=True))
+    rig = calibrate_from_images([boards["C"][0]], FIELD, estimated).calibration.rig
+    for camera in (rig.left, rig.right):
+        assert camera.pixel_size_mm[1] / camera.pixel_size_mm[0] == pytest.approx(0.845, abs=0.004)
 
 
 def test_bad_pictures_and_fields_are_named(boards: Boards) -> None:

@@ -32,6 +32,8 @@ def test_pictures_become_a_rig_file_and_a_report(tmp_path: Path) -> None:
     html = report.read_text()
     assert "http" not in html
     assert "<script" not in html
+    assert "Strong correlations" in html
+    assert "depth of field" in html
 
 
 def test_a_field_that_is_not_there_is_named(tmp_path: Path) -> None:
@@ -70,3 +72,20 @@ def test_a_file_that_is_no_picture_is_named(tmp_path: Path) -> None:
     ran = CliRunner().invoke(cli, ["calibrate", str(broken), right, "--control-field", "pegboard-1995"])
     assert isinstance(ran.exception, ImageError)
     assert "left picture of shot" in str(ran.exception)
+
+
+def test_any_number_of_cameras_from_coordinates(tmp_path: Path) -> None:
+    out, report = tmp_path / "cameras.json", tmp_path / "report.html"
+    files = [str(C1.parent / f"openptv/cam{k}.csv") for k in (3, 4, 1)]
+    sensor = ["--image-size", "1280x1024", "--pixel-size", "0.012,0.012"]
+    written = ["--out", str(out), "--report", str(report)]
+    for given in (files, files[:1]):
+        ran = CliRunner().invoke(cli, ["calibrate", *given, *sensor, *written])
+        assert ran.exit_code == 0, ran.output
+        document = json.loads(ran.stdout)
+        cameras = json.loads(out.read_text())["cameras"]
+        assert [c["name"] for c in cameras] == [Path(f).stem for f in given]
+        assert len(document["pairs"]) == len(given) * (len(given) - 1) / 2
+        assert "cam3" in report.read_text()
+    ran = CliRunner().invoke(cli, ["calibrate", *files, *sensor, "--verify", "1"])
+    assert "--verify needs a stereo pair" in str(ran.exception)
