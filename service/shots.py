@@ -93,9 +93,12 @@ class CalibrationForm(BaseModel):
         ),
         AfterValidator(lambda text: text if text is None else _once_each(text)),
     ] = None
-    estimate_aspect: Annotated[bool, Field(strict=False, description="Adjust the pixels' aspect too.")] = (
-        False
-    )
+    estimate_aspect: Annotated[
+        bool,
+        Field(
+            strict=False, description="Adjust the pixels' aspect too; pictures are named without knowing it."
+        ),
+    ] = False
 
     @model_validator(mode="after")
     def _pairs(self) -> Self:

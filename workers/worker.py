@@ -62,6 +62,8 @@ class Worker:
             with self._record.reading() as session:
                 work = work_of(session, lease)
             result = self._carry_out(work, attempt.note)
+            with self._record.writing() as session:
+                held = jobs.succeed(session, lease, result, utc_now())
         except LeaseLostError:
             _log.warning("lease_lost")
             return
@@ -75,6 +77,4 @@ class Worker:
             with self._record.writing() as session:
                 jobs.requeue(session, lease, utc_now(), count_attempt=True)
             return
-        with self._record.writing() as session:
-            held = jobs.succeed(session, lease, result, utc_now())
         _log.info("job_succeeded" if held else "lease_lost", seconds=round(attempt.seconds, 3))

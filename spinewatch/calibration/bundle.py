@@ -65,7 +65,8 @@ class Adjustment:
 
     ``residuals_px`` per view (n, 2), measured less computed; ``sigma0`` the standard deviation of unit weight,
     NaN without redundancy; ``cofactor`` (u, u) of the unknowns in the order of ``names``, NaN when they are not
-    determined; ``jacobian`` (m, u) of the weighted residuals; ``rows`` where each view's points lie in it.
+    determined; ``jacobian`` (m, u) of the weighted residuals; ``rows`` where each view's points lie in it;
+    ``converged`` unless it was stopped on the way.
     """
 
     block: Block
@@ -104,11 +105,16 @@ def rms(values: Float) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
 
-def adjust(block: Block, robust_px: float | None = None, tolerance: float = _TOLERANCE) -> Adjustment:
+def adjust(
+    block: Block,
+    robust_px: float | None = None,
+    tolerance: float = _TOLERANCE,
+    evaluations: int = _MAX_EVALUATIONS,
+) -> Adjustment:
     """Return the block with all free parameters and placements at the least sum of squared image residuals.
 
     With ``robust_px``, weighted residuals beyond it lose weight (Cauchy's loss). Iteration ends when the sum
-    changes by less than the fraction ``tolerance``. The Jacobian is analytic.
+    changes by less than the fraction ``tolerance``, or after so many ``evaluations``. The Jacobian is analytic.
 
     Raises ``ValueError`` when a camera does not see all its points at the start.
     """
@@ -124,7 +130,7 @@ def adjust(block: Block, robust_px: float | None = None, tolerance: float = _TOL
         xtol=tolerance,
         ftol=tolerance,
         gtol=_TOLERANCE,
-        max_nfev=_MAX_EVALUATIONS,
+        max_nfev=evaluations,
     )
     x = np.asarray(solution.x)
     if not np.all(np.isfinite(solution.fun)):

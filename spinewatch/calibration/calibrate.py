@@ -204,6 +204,14 @@ def _blunder_flags(removed: Sequence[RemovedPoint]) -> tuple[Flag, ...]:
 
 def _determinability_flags(adjustment: Adjustment, free: Mapping[str, tuple[str, ...]]) -> tuple[Flag, ...]:
     flags = []
+    if not adjustment.converged:
+        flags.append(
+            Flag(
+                "adjustment-unfinished",
+                "the adjustment was stopped before its residuals ceased to fall; give more points, or free fewer"
+                " parameters",
+            )
+        )
     if adjustment.block.redundancy <= 0:
         flags.append(
             Flag(

@@ -1,4 +1,5 @@
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from spinewatch.calibration.accuracy import calibration_accuracy, leave_one_out
-from spinewatch.calibration.calibrate import calibrate
+from spinewatch.calibration.bundle import adjust
+from spinewatch.calibration.calibrate import calibrate, calibration_flags
 from spinewatch.calibration.collinearity import camera_vector
 from spinewatch.calibration.control_field import pegboard_1995
 from spinewatch.calibration.design import visible_in_both
@@ -127,6 +129,15 @@ def test_a_blunder_is_removed_and_named(shot: MakeShot, sensor: Sensor) -> None:
     assert [(r.side, r.shot, r.id) for r in calibration.removed] == [("left", "C", TYPICAL[4])]
     assert calibration.removed[0].miss_px == pytest.approx(np.hypot(9, 5), abs=3)
     assert "control-point-removed" in {f.code for f in calibration.flags}
+
+
+def test_an_adjustment_stopped_on_the_way_says_so(shot: MakeShot, sensor: Sensor) -> None:
+    block = calibrate([shot(sigma_px=0.05)], (sensor, sensor)).adjustment.block
+    moved = replace(block.cameras[0], focal_length_mm=1.1 * block.cameras[0].focal_length_mm)
+    start = replace(block, cameras=(moved, block.cameras[1]))
+    for evaluations, flags in ((2, {"adjustment-unfinished"}), (200, set())):
+        found = calibration_flags(adjust(start, evaluations=evaluations), {}, ())
+        assert {f.code for f in found} == flags
 
 
 def test_three_blunders_of_some_sigma_are_named_and_good_points_stay() -> None:

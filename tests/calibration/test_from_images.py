@@ -8,8 +8,10 @@ from scipy.spatial.transform import Rotation
 from spinewatch.calibration.control_field import ControlField, low_high_field, pegboard_1995
 from spinewatch.calibration.errors import (
     BoardOrientationError,
+    CalibrationError,
     ControlFieldError,
     IdentificationError,
+    MirroredFieldError,
     PlanarFieldError,
     SidesSwappedError,
     TargetsNotFoundError,
@@ -109,6 +111,42 @@ def test_bad_pictures_and_fields_are_named(boards: Boards) -> None:
     wrong = ControlField("wrong", FIELD.ids, np.column_stack([FIELD.points_mm[:, :2], heights]))
     with pytest.raises(IdentificationError, match="wrong"):
         calibrate_from_images([(left, right)], wrong)
+
+
+@pytest.mark.parametrize(
+    ("axes", "error", "words"),
+    [
+        ((-1, 1, 1), MirroredFieldError, "only mirrored"),
+        ((1, 1, -1), MirroredFieldError, "sign of every Z"),
+        ((1, -1, -1), BoardOrientationError, "upside down"),
+    ],
+)
+def test_a_field_with_other_axes_is_told_from_a_wrong_one(
+    boards: Boards, axes: tuple[int, int, int], error: type[CalibrationError], words: str
+) -> None:
+    turned = ControlField("turned", FIELD.ids, FIELD.points_mm * axes)
+    with pytest.raises(error, match=words):
+        calibrate_from_images([boards["C"][0]], turned)
+
+
+def test_pictures_that_were_flipped_are_named(boards: Boards) -> None:
+    left, right = boards["C"][0]
+    with pytest.raises(MirroredFieldError, match="do not flip the picture"):
+        calibrate_from_images([(np.fliplr(left), np.fliplr(right))], FIELD)
+
+
+def test_a_large_field_is_searched_too_and_one_too_large_refused(boards: Boards) -> None:
+    rng = np.random.default_rng(2)
+
+    def field(extra: int) -> ControlField:
+        beyond = rng.uniform((800, -2000, 0), (5000, 2000, 100), (extra, 3))
+        ids = (*FIELD.ids, *(f"x{i}" for i in range(extra)))
+        return ControlField("large", ids, np.concatenate([FIELD.points_mm, beyond]))
+
+    found = identify(find_targets(boards["C"][0][0]), field(270), Sensor.of_cart((568, 416)))
+    assert set(found.points.ids) <= set(FIELD.ids)
+    with pytest.raises(ControlFieldError, match="at most 500"):
+        calibrate_from_images([boards["C"][0]], field(471))
 
 
 def test_fields_refuse_doubles_and_not_a_number() -> None:

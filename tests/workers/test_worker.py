@@ -74,3 +74,18 @@ def test_an_unexpected_error_is_tried_again_until_attempts_run_out(record: Recor
     assert seen == [(queued, 1), (queued, 2), (failed, 2), (failed, 2)]
     assert job.error is not None
     assert job.error["code"] == "attempts-exhausted"
+
+
+def test_a_result_that_cannot_be_written_is_tried_again_at_once(record: Record) -> None:
+    stage = new_stage(record, new_surgery(record), pair=sample_pair(), now=utc_now())
+    refuse = "CREATE TRIGGER fault BEFORE INSERT ON measurements BEGIN SELECT RAISE(ABORT, 'fault'); END"
+    worker = Worker(record, Settings(), CARRY_OUT)
+    states = []
+    for statement in (refuse, "DROP TRIGGER fault"):
+        with record.writing() as session:
+            session.execute(text(statement))
+        worker.answer(stage.job.id)
+        with record.reading() as session:
+            states.append(jobs.get(session, stage.job.id).state)
+    assert states == [JobState.QUEUED, JobState.SUCCEEDED]
+    assert measurements(record) == 1
