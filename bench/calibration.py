@@ -1,8 +1,8 @@
 """``python -m bench.calibration``: calibration on rendered boards, published tables and real data, beside its peers.
 
 ``--check`` ends with status 1 when a bar is missed. The boards and the real coordinates come with the project
-(samples/calibration); ``--boards DIR`` takes other trials, named A, B, C ... with truth.json. The second camera of
-OpenPTV's cavity stays above its bar of 0.24 px; docs/calibration.md has the figures.
+(samples/calibration); ``--boards DIR`` takes other trials, named A, B, C ... with truth.json. docs/calibration.md
+has the figures.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from time import perf_counter
 
 import numpy as np
 
-from bench.calibration_boards import automatic, moved_board, processed_scenes
-from bench.calibration_peers import compare
+from bench.calibration_boards import angles, automatic, moved_board, processed_scenes
+from bench.calibration_peers import against_dlt, compare
 from bench.calibration_real import chessboards, openptv
 from bench.calibration_tables import table_3_2, table_3_4
 from bench.tables import Bar, Grid, bars
@@ -46,6 +46,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         lambda: automatic(options.boards),
         lambda: processed_scenes(options.boards, options.scenes),
         lambda: compare(options.boards),
+        against_dlt,
+        lambda: angles(options.boards),
         table_3_2,
         table_3_4,
         lambda: openptv(real / "openptv"),

@@ -12,6 +12,8 @@ from scipy.spatial.transform import Rotation
 from bench.scoring import score_stage
 from bench.tables import Bar, Grid
 from bench.truth import Scene, find_scenes
+from spinewatch.calibration.accuracy import board_angles, common_points, simulated_angles
+from spinewatch.calibration.calibrate import sampled_rigs
 from spinewatch.calibration.control_field import pegboard_1995
 from spinewatch.calibration.from_images import CalibrationResult, calibrate_from_images
 from spinewatch.calibration.placement import Placement
@@ -23,6 +25,8 @@ from spinewatch.pipeline import StageRequest, measure_stage
 SIDES = ("left", "right")
 FIRST = "C"
 BARS_MM = (0.04, 0.05, 0.10)
+SIZES_MM = (10.0, 20.0, 50.0, 100.0, 200.0)
+EDGES_MM = (50.0, 150.0, 250.0, 400.0)
 TABLE_3_4_MM = (0.34, 0.35, 0.66)
 
 
@@ -98,6 +102,40 @@ def automatic(boards: Path) -> list[Bar]:
             bool(np.all(worst <= BARS_MM)),
         ),
     ]
+
+
+def angles(boards: Path, runs: int = 400) -> list[Bar]:
+    """Print errors of distances and angles against size: simulated in the measuring volume, and on the boards.
+
+    Simulated ends of rods and right angles carry the noise that the calibration found in its own images, and are
+    reconstructed by rigs drawn from its covariance. On the boards they come from control points, in the trials
+    not used.
+    """
+    result = calibrated(boards)
+    calibration, rng = result.calibration, np.random.default_rng(0)
+    adjustment = calibration.adjustment
+    noise_px = adjustment.sigma0 * float(
+        np.median(np.concatenate([image.sd_px for image in adjustment.block.images.values()]))
+    )
+    centre = calibration.shots[0].left.control_mm.mean(axis=0)
+    rigs = sampled_rigs(calibration, 50, rng)
+    simulated = simulated_angles(calibration.rig, rigs, centre, SIZES_MM, noise_px, rng, runs)
+    fresh = [
+        (a.residuals_mm, common_points(s)[1]) for a, s in zip(result.accuracy[1:], result.others, strict=True)
+    ]
+    residuals, control = [r for r, _ in fresh], [c for _, c in fresh]
+    on_board = board_angles(residuals, control, EDGES_MM) if fresh else []
+    rows = [
+        (kind, f"{e.size_mm:.0f}", f"{e.distance_sd_mm:.3f}", f"{e.angle_sd_deg:.3f}", str(e.count))
+        for kind, errors in ((f"simulated, {noise_px:.3f} px", simulated), ("boards, fresh", on_board))
+        for e in errors
+    ]
+    Grid.of(
+        "Errors of distances and angles against size (length of the shorter leg), RMS",
+        ["", "size mm", "distance mm", "angle degrees", "angles"],
+        rows,
+    ).print()
+    return []
 
 
 def processed_scenes(boards: Path, scenes: Path) -> list[Bar]:

@@ -27,7 +27,7 @@ def table_3_2() -> list[Bar]:
     rig, field = table_3_3_rig(), pegboard_1995()
     seen = visible_in_both(rig, field)
     calibration = calibrate(
-        [_shot("exact", TYPICAL, field.take(TYPICAL), 0.0, np.random.default_rng(0))], (_sensor(),) * 2
+        [table_shot("exact", TYPICAL, field.take(TYPICAL), 0.0, np.random.default_rng(0))], (_sensor(),) * 2
     )
     off = max(
         float(np.abs(camera_vector(a) - camera_vector(b)).max())
@@ -53,7 +53,9 @@ def table_3_4() -> list[Bar]:
     for _ in range(RUNS):
         built = control + PEG_MM * rng.standard_normal(control.shape)
         places = [Placement.identity(), *(moved_board(rng, control.mean(axis=0)) for _ in range(4))]
-        shots = [_shot(n, TYPICAL, p(built), SIGMA_PX, rng) for n, p in zip("CABDE", places, strict=True)]
+        shots = [
+            table_shot(n, TYPICAL, p(built), SIGMA_PX, rng) for n, p in zip("CABDE", places, strict=True)
+        ]
         rig = calibrate(shots[:1], (_sensor(),) * 2, parameters).rig
         accuracy = [
             shot_accuracy(rig, s, used=s is shots[0], defines_object_space=s is shots[0]) for s in shots
@@ -80,7 +82,10 @@ def _sensor() -> Sensor:
     return Sensor(camera.image_size_px, camera.pixel_size_mm)
 
 
-def _shot(name: str, ids: tuple[str, ...], built: Float, sigma_px: float, rng: np.random.Generator) -> Shot:
+def table_shot(
+    name: str, ids: tuple[str, ...], built: Float, sigma_px: float, rng: np.random.Generator
+) -> Shot:
+    """Return a shot of pegs at ``built`` (n, 3) by the rig of Table 3.3, with noise, given their coordinates."""
     rig, control = table_3_3_rig(), pegboard_1995().take(ids)
     left, right = (
         ImagePoints.build(ids, control, c.project(built) + sigma_px * rng.standard_normal((len(ids), 2)))

@@ -9,27 +9,23 @@ from typing import Annotated
 
 import typer
 
-from spinewatch.errors import ParameterError, SpinewatchError
-
-
-class OutputError(SpinewatchError):
-    """A result cannot be written where the user asked."""
-
-    code = "unwritable-file"
+from commands.files import write_text
+from spinewatch.errors import ParameterError
 
 
 def calibrate(  # noqa: PLR0913, PLR0917 - one argument an option
     files: Annotated[
         list[Path],
         typer.Argument(
-            help="LEFT RIGHT of each shot: pictures, or two CSV of image points (id,x_mm,y_mm,z_mm,u_px,v_px).",
+            help="LEFT RIGHT of each shot: pictures; or one CSV of image points (id,x_mm,y_mm,z_mm,u_px,v_px) for"
+            " each camera: two make a rig, any other number cameras.",
             metavar="LEFT RIGHT [LEFT RIGHT ...]",
         ),
     ],
     control_field: Annotated[
         str | None, typer.Option(help="CSV id,x_mm,y_mm,z_mm, or a built-in name: pegboard-1995.")
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Write the rig JSON here.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Write the rig JSON, or the cameras JSON, here.")] = None,
     report: Annotated[Path | None, typer.Option(help="Write a report here, HTML.")] = None,
     name: Annotated[str, typer.Option(help="Name of the rig.")] = "rig",
     verify: Annotated[int, typer.Option(help="The last N shots only verify, they are not used.")] = 0,
@@ -47,36 +43,47 @@ def calibrate(  # noqa: PLR0913, PLR0917 - one argument an option
     from commands.calibration_job import (  # noqa: PLC0415 - loads OpenCV and SciPy, which --help can do without
         run_images,
         run_points,
-        solve_parameters,
+        solve_options,
     )
+    from commands.progress import terminal_progress  # noqa: PLC0415
 
+    solve = solve_options(free, fix, estimate_aspect)
+    points = _are_points(files)
+    if points and len(files) != 2:
+        from commands.cameras_job import run_cameras  # noqa: PLC0415
+
+        if verify:
+            raise ParameterError("--verify needs a stereo pair; give two CSV files, or leave the option out")
+        document = run_cameras(files, solve, image_size, pixel_size)
+        rig = {"cameras": document["cameras"]}
+    else:
+        pairs = _pairs(files, verify, points=points)
+        if points:
+            document = run_points(pairs, solve, image_size, pixel_size, verify, name)
+        else:
+            with terminal_progress() as progress:
+                document = run_images(pairs, control_field, solve, pixel_size, verify, name, progress)
+        rig = document["rig"]
+    if out is not None:
+        write_text(out, json.dumps(rig, indent=2) + "\n")
+    if report is not None:
+        from spinewatch.formats.calibration_html import calibration_report, cameras_report  # noqa: PLC0415
+
+        page = cameras_report if "cameras" in rig else calibration_report
+        write_text(report, page(document))
+    sys.stdout.write(json.dumps(document, indent=2) + "\n")
+
+
+def _pairs(files: list[Path], verify: int, *, points: bool) -> list[tuple[Path, Path]]:
     if len(files) % 2:
         raise ParameterError(f"{len(files)} files were given; give LEFT and RIGHT of every shot")
     pairs = list(zip(files[::2], files[1::2], strict=True))
-    if not 0 <= verify < len(pairs) and not _are_points(files):
+    if not 0 <= verify < len(pairs) and not points:
         raise ParameterError(
             f"--verify is {verify} of {len(pairs)} shots; leave at least one to calibrate with"
         )
-    solve = solve_parameters(free, fix, estimate_aspect)
-    if _are_points(files):
-        document = run_points(pairs, solve, image_size, pixel_size, verify, name)
-    else:
-        document = run_images(pairs, control_field, solve, pixel_size, verify, name)
-    if out is not None:
-        _write(out, json.dumps(document["rig"], indent=2) + "\n")
-    if report is not None:
-        from commands.calibration_report import calibration_report  # noqa: PLC0415
-
-        _write(report, calibration_report(document))
-    sys.stdout.write(json.dumps(document, indent=2) + "\n")
+    return pairs
 
 
 def _are_points(files: list[Path]) -> bool:
     return all(path.suffix.lower() == ".csv" for path in files)
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"cannot write {path}: {error.strerror}") from error

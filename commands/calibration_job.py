@@ -1,4 +1,4 @@
-"""A calibration from files to its document, with every doubt about the files named."""
+"""A calibration from the user's paths and options to its document; ``formats/calibration_files`` does the work."""
 
 from __future__ import annotations
 
@@ -10,60 +10,56 @@ from typing import Any
 
 import numpy as np
 
+from commands.files import read_bytes, read_text
 from commands.stopwatch import Stopwatch
-from spinewatch.calibration.collinearity import EXTERIOR, NAMES
 from spinewatch.calibration.control_field import BUILT_IN, ControlField
-from spinewatch.calibration.errors import ControlFieldError, PointsError
-from spinewatch.calibration.from_images import (
-    CalibrationResult,
-    FromImagesParameters,
-    calibrate_from_images,
-    calibrate_from_points,
-)
+from spinewatch.calibration.errors import PointsError
+from spinewatch.calibration.from_images import FromImagesParameters, Progress, calibrate_from_points, silent
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot
 from spinewatch.calibration.resection import SolveParameters
 from spinewatch.camera import Float
-from spinewatch.errors import ImageError, ParameterError, SpinewatchError
+from spinewatch.errors import ParameterError
+from spinewatch.formats.calibration_files import ShotFiles, calibrate_files, control_field, solve_parameters
 from spinewatch.formats.calibration_json import calibration_document
-from spinewatch.formats.control_csv import built_in_field, parse_control_field, parse_image_points
-from spinewatch.formats.images import Gray, decode_image
+from spinewatch.formats.control_csv import parse_image_points
 
 Pair = tuple[Path, Path]
 
 
-class InputError(SpinewatchError):
-    """A file that the user named cannot be read."""
-
-    code = "unreadable-file"
-
-
 def run_images(
     pairs: Sequence[Pair],
-    control_field: str | None,
+    field_or_file: str | None,
     solve: SolveParameters,
     pixel_size: str | None,
     verify: int,
     name: str,
+    progress: Progress = silent,
 ) -> dict[str, Any]:
     """Return the document of a calibration from pictures."""
-    if control_field is None:
+    if field_or_file is None:
         raise ParameterError(f"give --control-field: a CSV, or one of {', '.join(BUILT_IN)}")
-    field = read_field(control_field)
-    data = {path: _read(path) for pair in pairs for path in pair}
+    field = read_field(field_or_file)
     names = _shot_names(pairs)
+    shots = [
+        ShotFiles(shot, read_bytes(left), read_bytes(right))
+        for shot, (left, right) in zip(names, pairs, strict=True)
+    ]
     pixel = None if pixel_size is None else _two_numbers(pixel_size, ",", "--pixel-size")
     clock = Stopwatch()
-    clock("decode")
-    shots = [(_picture(left, data[left]), _picture(right, data[right])) for left, right in pairs]
+
+    def step(what: str, fraction: float) -> None:
+        clock(what)
+        progress(what, fraction)
+
     parameters = FromImagesParameters(pixel_size_mm=pixel, solve=solve)
-    result = calibrate_from_images(shots, field, parameters, clock, names=names, verify=verify, rig_name=name)
+    document = calibrate_files(shots, field, parameters, step, verify=verify, rig_name=name)
     timings = clock.stop()
     images = [
-        {"shot": shot, "side": side, "file": path.name, "sha256": hashlib.sha256(data[path]).hexdigest()}
-        for shot, pair in zip(names, pairs, strict=True)
-        for side, path in zip(("left", "right"), pair, strict=True)
+        {"shot": shot.name, "side": side, "file": path.name, "sha256": hashlib.sha256(content).hexdigest()}
+        for shot, pair in zip(shots, pairs, strict=True)
+        for side, path, content in zip(("left", "right"), pair, (shot.left, shot.right), strict=True)
     ]
-    return _document(result, timings, images)
+    return _dated(document, timings, images)
 
 
 def run_points(
@@ -77,14 +73,8 @@ def run_points(
     """Return the document of a calibration from two CSV files of image points."""
     if len(pairs) != 1:
         raise ParameterError("give two CSV files, LEFT and RIGHT; several shots go into a column named shot")
-    if image_size is None:
-        raise ParameterError("give --image-size, like 568x416: coordinates do not tell it")
-    width, height = _two_numbers(image_size, "x", "--image-size")
-    size = (int(width), int(height))
-    sensor = Sensor.of_cart(size)
-    if pixel_size is not None:
-        sensor = Sensor(size, _two_numbers(pixel_size, ",", "--pixel-size"))
-    left, right = (parse_image_points(_text(path), path.name) for path in pairs[0])
+    sensor = sensor_of(image_size, pixel_size)
+    left, right = (parse_image_points(read_text(path), path.name) for path in pairs[0])
     shots = _shots(left, right)
     if not 0 <= verify < len(shots):
         raise ParameterError(
@@ -95,55 +85,50 @@ def run_points(
     result = calibrate_from_points(
         shots, _field_of(shots), (sensor, sensor), solve, verify=verify, rig_name=name
     )
-    return _document(result, clock.stop(), [])
+    return _dated(calibration_document(result), clock.stop(), [])
 
 
-def solve_parameters(free: str | None, fix: str | None, estimate_aspect: bool) -> SolveParameters:
+def sensor_of(image_size: str | None, pixel_size: str | None) -> Sensor:
+    """Return the sensor of --image-size and --pixel-size; without the latter the cart's."""
+    if image_size is None:
+        raise ParameterError("give --image-size, like 568x416: coordinates do not tell it")
+    width, height = _two_numbers(image_size, "x", "--image-size")
+    size = (int(width), int(height))
+    if pixel_size is None:
+        return Sensor.of_cart(size)
+    return Sensor(size, _two_numbers(pixel_size, ",", "--pixel-size"))
+
+
+def solve_options(free: str | None, fix: str | None, estimate_aspect: bool) -> SolveParameters:
     """Return the parameters of --free, --fix and --estimate-aspect; raises ``ParameterError``."""
-    names = None
-    if free is not None:
-        words = tuple(word.strip() for word in free.split(","))
-        _refuse_unknown(words)
-        names = (*EXTERIOR, *(word for word in words if word not in EXTERIOR))
     fixed = {}
     for item in (fix or "").split(",") if fix else ():
         key, _, value = item.partition("=")
-        _refuse_unknown((key.strip(),))
         try:
             fixed[key.strip()] = float(value)
         except ValueError as error:
             raise ParameterError(f"--fix {item!r} is not NAME=NUMBER, like x0=0") from error
-    return SolveParameters(free=names, fixed=fixed, estimate_aspect=estimate_aspect)
+    names = None if free is None else [word.strip() for word in free.split(",")]
+    return solve_parameters(names, fixed, estimate_aspect)
 
 
-def read_field(control_field: str) -> ControlField:
+def read_field(name_or_file: str) -> ControlField:
     """Return the built-in control field of that name, or the one in that CSV file."""
-    field = built_in_field(control_field)
-    if field is not None:
-        return field
-    path = Path(control_field)
-    if not path.is_file():
-        raise ControlFieldError(
-            f"{control_field} is neither a file nor a built-in control field; built in: {', '.join(BUILT_IN)}"
-        )
-    return parse_control_field(_text(path), path.name)
+    path = Path(name_or_file)
+    if name_or_file not in BUILT_IN and path.is_file():
+        return control_field(path.name, read_text(path))
+    return control_field(name_or_file)
 
 
-def _document(
-    result: CalibrationResult, timings: Mapping[str, float], images: list[dict[str, str]]
+def _dated(
+    document: Mapping[str, Any], timings: Mapping[str, float], images: list[dict[str, str]]
 ) -> dict[str, Any]:
     return {
-        **calibration_document(result),
+        **document,
         "calibrated_at": datetime.now(UTC).isoformat(timespec="seconds"),
         "images": images,
         "timings_ms": dict(timings),
     }
-
-
-def _refuse_unknown(names: Sequence[str]) -> None:
-    for name in names:
-        if name not in NAMES[6:] and name not in EXTERIOR:
-            raise ParameterError(f"{name!r} is not a camera parameter; choose from {', '.join(NAMES[6:])}")
 
 
 def _shot_names(pairs: Sequence[Pair]) -> list[str]:
@@ -180,24 +165,3 @@ def _two_numbers(text: str, separator: str, option: str) -> tuple[float, float]:
     if not (a > 0 and b > 0):
         raise ParameterError(f"{option} {text!r} must be positive")
     return a, b
-
-
-def _picture(path: Path, data: bytes) -> Gray:
-    try:
-        return decode_image(data)
-    except ImageError as error:
-        raise ImageError(f"{path}: {error}") from error
-
-
-def _text(path: Path) -> str:
-    try:
-        return _read(path).decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path} is not a text file") from error
-
-
-def _read(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error

@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from commands import calibrate, db, plan, process, run, sample, serve, simulate, templates, worker
+from commands import calibrate, convert, db, plan, process, run, sample, serve, simulate, templates, worker
 from spinewatch.errors import SpinewatchError
 
 cli = typer.Typer(
@@ -17,6 +17,7 @@ cli = typer.Typer(
 )
 cli.command("process")(process.process)
 cli.command("calibrate")(calibrate.calibrate)
+cli.command("convert")(convert.convert)
 cli.command("serve")(serve.serve)
 cli.command("worker")(worker.worker)
 cli.command("run")(run.run)

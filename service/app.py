@@ -11,10 +11,12 @@ from fastapi.responses import RedirectResponse
 from fastapi.routing import APIRoute
 from fastapi_offline import FastAPIOffline
 
-from service import calibrations, health, jobs, motion, problems, stages, surgeries
+from service import calibration_checks, calibrations, health, jobs, motion, problems, stages, surgeries
 from service.body_limit import BodyLimit
+from service.head import Head
 from service.openapi import describe
 from service.request_log import RequestLog
+from service.shots import MAX_SHOTS
 from store.bell import Bell
 from store.record import Record
 from store.settings import Settings
@@ -45,12 +47,13 @@ def create_app(settings: Settings) -> FastAPI:
         description=_DESCRIPTION,
         lifespan=lifespan,
         generate_unique_id_function=_operation_id,
-        form_limits={"max_files": 8, "max_fields": 16},
+        form_limits={"max_files": 2 * MAX_SHOTS + 8, "max_fields": 16},
     )
-    for room in (calibrations, surgeries, stages, motion, jobs, health):
+    for room in (calibrations, calibration_checks, surgeries, stages, motion, jobs, health):
         app.include_router(room.router)
     app.add_api_route("/", _to_docs, include_in_schema=False)
     problems.install(app)
+    app.add_middleware(Head)
     app.add_middleware(BodyLimit, max_bytes=settings.max_upload_bytes)
     app.add_middleware(RequestLog)
     describe(app)

@@ -1,21 +1,41 @@
-"""Calibrations: the rigs that stereo pairs are taken with."""
+"""Calibrations: the rigs that stereo pairs are taken with, as they were given or made from pictures."""
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Annotated, Any
 
 from annotated_types import Len
-from fastapi import APIRouter, Depends, Response
+from fastapi import APIRouter, Depends, Form, Path, Query, Response
+from fastapi.responses import HTMLResponse
 from pydantic import BeforeValidator, ConfigDict, Field, JsonValue
 
-from service.dependencies import TheRecord, json_body, problems
-from service.schema import Identifier, Limit, Listing, Offset, Schema, Timestamp, Vector2, Vector3
+from service.calibration_report import CalibrationReportDocument
+from service.dependencies import ACCEPTED, TheBell, TheRecord, json_body, multipart_body, problems, ring
+from service.jobs import JobDocument
+from service.pictures import FILE_RESPONSES, IfNoneMatch, Side, file_response
+from service.schema import (
+    Identifier,
+    Limit,
+    Listing,
+    Offset,
+    Schema,
+    TextTime,
+    Timestamp,
+    Vector2,
+    Vector3,
+)
+from service.shots import MAX_SHOTS, CalibrationForm, read_request
+from spinewatch.formats.calibration_html import calibration_report
 from spinewatch.formats.rig_json import rig_from_dict
-from store import calibrations
+from store import calibration_requests, calibrations, checks
+from store.checks import Summary
 from store.clock import utc_now
 from store.tables import Calibration
 
 router = APIRouter(prefix="/v1/calibrations", tags=["calibrations"])
+
+_ONLY_ITSELF = "default-src 'none'; style-src 'unsafe-inline'"
 
 
 def _whole(value: Any) -> Any:
@@ -70,24 +90,94 @@ class CalibrationDocument(Schema):
     id: Identifier
     name: str
     rig: RigDocument
+    calibrated_at: Annotated[
+        Timestamp | None, Field(description="When the shots were taken; null when nobody said.")
+    ]
     created_at: Timestamp
+    has_report: Annotated[bool, Field(description="Whether it was made from pictures here.")]
 
     @classmethod
     def of(cls, row: Calibration) -> CalibrationDocument:
         """Return the document of a row."""
-        return cls(
-            id=row.id, name=row.name, rig=RigDocument.model_validate(row.rig), created_at=row.created_at
+        return cls.model_validate(_common(row))
+
+
+class ChecksSummary(Schema):
+    """What the stages measured with a calibration say about it; ``/checks`` has each."""
+
+    stages: Annotated[int, Field(description="How many were measured with it.")]
+    drifted: Annotated[int, Field(description="How many found that the rig had moved.")]
+    old: Annotated[int, Field(description="How many were taken when it was too old.")]
+
+
+class CalibrationDetail(CalibrationDocument):
+    """A calibration with all that is known of it."""
+
+    report: Annotated[
+        CalibrationReportDocument | None, Field(description="Null unless it was made from pictures here.")
+    ]
+    checks: ChecksSummary
+
+    @classmethod
+    def whole(cls, row: Calibration, summary: Summary) -> CalibrationDetail:
+        """Return the document of a row with its report, and of its checks."""
+        report = None if row.report is None else CalibrationReportDocument.of(row.report)
+        return cls.model_validate(
+            {**_common(row), "report": report, "checks": ChecksSummary(**asdict(summary))}
         )
 
 
+def _common(row: Calibration) -> dict[str, Any]:
+    return {
+        "id": row.id,
+        "name": row.name,
+        "rig": row.rig,
+        "calibrated_at": row.calibrated_at,
+        "created_at": row.created_at,
+        "has_report": row.report is not None,
+    }
+
+
 @router.post("", status_code=201, dependencies=[Depends(json_body)], responses=problems(413, 415, 422))
-def create_calibration(rig: RigDocument, record: TheRecord, response: Response) -> CalibrationDocument:
-    """Add a calibration; it never changes afterwards."""
+def create_calibration(
+    rig: RigDocument,
+    record: TheRecord,
+    response: Response,
+    calibrated_at: Annotated[
+        TextTime | None, Query(description="When it was calibrated: RFC 3339 with a zone.")
+    ] = None,
+) -> CalibrationDetail:
+    """Add a calibration that was made elsewhere; it never changes afterwards."""
     checked = rig_from_dict(rig.model_dump())
     with record.writing() as session:
-        row = calibrations.add(session, checked, utc_now())
+        row = calibrations.add(session, checked, utc_now(), calibrated_at)
     response.headers["Location"] = f"{router.prefix}/{row.id}"
-    return CalibrationDocument.of(row)
+    return CalibrationDetail.whole(row, Summary(stages=0, drifted=0, old=0))
+
+
+@router.post(
+    "/from-images",
+    status_code=202,
+    dependencies=[Depends(multipart_body)],
+    responses={**ACCEPTED, **problems(400, 413, 415, 422)},
+)
+def calibrate_from_images(
+    form: Annotated[CalibrationForm, Form(media_type="multipart/form-data")],
+    record: TheRecord,
+    bell: TheBell,
+    response: Response,
+) -> JobDocument:
+    """Send shots of a control field to calibrate with; everything is stored, or nothing.
+
+    ``left`` and ``right`` come once for each shot, in order; the first defines object space. The job names the
+    calibration once it has succeeded, and says what was wrong with the shots when it failed.
+    """
+    new = read_request(form)
+    with record.writing() as session:
+        request = calibration_requests.submit(session, new, utc_now())
+    ring(bell, request.job.id)
+    response.headers["Location"] = f"/v1/jobs/{request.job.id}"
+    return JobDocument.of(request.job, None)
 
 
 @router.get("", responses=problems(422))
@@ -102,7 +192,40 @@ def list_calibrations(
 
 
 @router.get("/{calibration_id}", responses=problems(404))
-def get_calibration(calibration_id: str, record: TheRecord) -> CalibrationDocument:
-    """Show a calibration."""
+def get_calibration(calibration_id: str, record: TheRecord) -> CalibrationDetail:
+    """Show a calibration with its report and a summary of its checks."""
     with record.reading() as session:
-        return CalibrationDocument.of(calibrations.get(session, calibration_id))
+        row = calibrations.get_with_report(session, calibration_id)
+        return CalibrationDetail.whole(row, checks.summary(session, calibration_id))
+
+
+@router.get(
+    "/{calibration_id}/report",
+    response_class=HTMLResponse,
+    responses={200: {"description": "One page that needs nothing but itself."}, **problems(404)},
+)
+def get_calibration_report(calibration_id: str, record: TheRecord) -> HTMLResponse:
+    """Show the report of a calibration made from pictures, to read and to print."""
+    with record.reading() as session:
+        row = calibrations.get_with_report(session, calibration_id)
+        report = calibrations.report_of(row)
+    at = None if row.calibrated_at is None else row.calibrated_at.isoformat(timespec="seconds")
+    page = calibration_report({**report.report, "rig": row.rig, "calibrated_at": at})
+    return HTMLResponse(page, headers={"Content-Security-Policy": _ONLY_ITSELF})
+
+
+@router.get(
+    "/{calibration_id}/shots/{number}/images/{side}", response_class=Response, responses=FILE_RESPONSES
+)
+def get_calibration_image(
+    calibration_id: str,
+    number: Annotated[int, Path(ge=1, le=MAX_SHOTS, description="Counts the shots from 1.")],
+    side: Side,
+    record: TheRecord,
+    if_none_match: IfNoneMatch = None,
+) -> Response:
+    """Return a picture that a calibration was made from or verified with; its ETag is its SHA-256."""
+    with record.reading() as session:
+        row = calibrations.get_with_report(session, calibration_id)
+        shot = calibrations.shot_of(row, number)
+        return file_response(session, shot.left if side == "left" else shot.right, if_none_match)

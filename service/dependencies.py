@@ -1,15 +1,18 @@
-"""What routes ask for: the record, the bell, and a body of the right kind."""
+"""What routes ask for: the record, the bell, a body of the right kind, and how they accept work."""
 
 from __future__ import annotations
 
 from typing import Annotated, Any
 
+import structlog
 from fastapi import Depends, HTTPException, Request
 
 from service.problems import STATUS_NAMES
 from service.schema import Problem
 from store.bell import Bell
 from store.record import Record
+
+_log = structlog.get_logger("service")
 
 
 def _record(request: Request) -> Record:
@@ -40,6 +43,20 @@ def _require(request: Request, media_type: str) -> None:
     given = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     if given != media_type:
         raise HTTPException(415, f"send this request as {media_type}", {"Accept": media_type})
+
+
+ACCEPTED: dict[int | str, dict[str, Any]] = {
+    202: {"headers": {"Location": {"description": "The job.", "schema": {"type": "string"}}}}
+}
+"""The OpenAPI response of a route whose work a job does."""
+
+
+def ring(bell: Bell, job_id: str) -> None:
+    """Tell the workers that a job waits; one that they are not told of they find."""
+    try:
+        bell.ring(job_id)
+    except Exception:  # the job is stored, and the workers' sweep rings again
+        _log.warning("bell_not_rung", job_id=job_id, exc_info=True)
 
 
 def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:

@@ -1,4 +1,4 @@
-"""Jobs: how far the work on a stage is, and stopping it."""
+"""Jobs: how far the work on a stage or a calibration is, and stopping it."""
 
 from __future__ import annotations
 
@@ -12,21 +12,25 @@ from service.problems import problem
 from service.schema import Identifier, Problem, Schema, StageName, Timestamp
 from store import jobs
 from store.clock import utc_now
-from store.tables import Job, JobState, Stage
+from store.tables import Job, JobKind, JobState, Stage
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
 
 class JobDocument(Schema):
-    """The work on one take of a stage."""
+    """The work on one take of a stage, or on a calibration from pictures."""
 
     id: Identifier
-    surgery_id: Identifier
-    stage: StageName
-    take: int
+    kind: Annotated[JobKind, Field(description="What it makes: a stage's measurement or a calibration.")]
+    surgery_id: Annotated[Identifier | None, Field(description="Null for a calibration.")]
+    stage: Annotated[StageName | None, Field(description="Null for a calibration.")]
+    take: Annotated[int | None, Field(description="Null for a calibration.")]
+    calibration_id: Annotated[
+        Identifier | None, Field(description="The calibration that was made, once the job has succeeded.")
+    ]
     state: JobState
     progress: Annotated[float, Field(ge=0, le=1, description="Part of the work that is done.")]
-    step: Annotated[str | None, Field(description="What is being done now.", examples=["detect left"])]
+    step: Annotated[str | None, Field(description="What is being done now.", examples=["detect"])]
     attempts: Annotated[int, Field(description="How often a worker has started it.")]
     error: Annotated[Problem | None, Field(description="Why it failed.")]
     created_at: Timestamp
@@ -34,13 +38,16 @@ class JobDocument(Schema):
     finished_at: Timestamp | None
 
     @classmethod
-    def of(cls, job: Job, stage: Stage) -> JobDocument:
-        """Return the document of a job and its stage."""
+    def of(cls, job: Job, stage: Stage | None) -> JobDocument:
+        """Return the document of a job and of the stage that it measures, if it does."""
+        succeeded = job.state is JobState.SUCCEEDED
         return cls(
             id=job.id,
-            surgery_id=stage.surgery_id,
-            stage=stage.name,
-            take=stage.take,
+            kind=job.kind,
+            surgery_id=None if stage is None else stage.surgery_id,
+            stage=None if stage is None else stage.name,
+            take=None if stage is None else stage.take,
+            calibration_id=job.calibration_request_id if succeeded else None,
             state=job.state,
             progress=job.progress,
             step=job.step,

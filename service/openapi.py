@@ -39,7 +39,8 @@ def _name_problems(document: dict[str, Any]) -> None:
     for operation in (operation for path in document["paths"].values() for operation in path.values()):
         responses = operation["responses"]
         for status in [status for status in responses if int(status) >= _FIRST_ERROR]:
-            schema = responses[status]["content"]["application/json"]["schema"]
+            (content,) = responses[status]["content"].values()
+            schema = content["schema"]
             if (
                 schema == _FRAMEWORK_ERROR
             ):  # added to any route with a parameter, also where none can be wrong

@@ -45,12 +45,12 @@ _log = structlog.get_logger("service")
 
 
 class InvalidInputError(SpinewatchError):
-    """A named part of the request cannot be used; ``field`` says which."""
+    """A named part of the request cannot be used; ``field`` says which, ``index`` which of that name."""
 
-    def __init__(self, field: str, error: SpinewatchError) -> None:
-        super().__init__(f"{field}: {error}")
+    def __init__(self, field: str, error: SpinewatchError, index: int | None = None) -> None:
+        super().__init__(f"{field if index is None else f'{field} {index + 1}'}: {error}")
         self.code = error.code
-        self.field = field
+        self.loc: list[str | int] = ["body", field] if index is None else ["body", field, index]
 
 
 def problem(
@@ -102,7 +102,8 @@ def _methods(request: Request) -> list[str]:
     """Return what a path takes: the error names the methods of the first route there, not of them all."""
     paths = request.app.openapi()["paths"]
     matching = (path for path in paths if compile_path(path)[0].match(request.url.path))
-    return sorted({method.upper() for path in matching for method in paths[path]}) or ["GET"]
+    methods = {method.upper() for path in matching for method in paths[path]} or {"GET"}
+    return sorted(methods | {"HEAD"} if "GET" in methods else methods)
 
 
 def _http_problem(error: HTTPException) -> tuple[Problem, Mapping[str, str] | None]:
@@ -127,7 +128,7 @@ def _named_problem(error: SpinewatchError) -> tuple[Problem, None]:
     if isinstance(error, RigError):
         errors = [FieldError(loc=["body", *error.field.split(".")], msg=error.problem, type=error.code)]
     elif isinstance(error, InvalidInputError):
-        errors = [FieldError(loc=["body", error.field], msg=str(error), type=error.code)]
+        errors = [FieldError(loc=error.loc, msg=str(error), type=error.code)]
     return problem(status, str(error), error.code, errors), None
 
 

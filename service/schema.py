@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Generic, TypeVar
+import re
+from datetime import UTC, datetime
+from typing import Annotated, Any, Generic, TypeVar
 
 from annotated_types import Len
 from fastapi import Query
-from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
+from pydantic import AwareDatetime, BaseModel, BeforeValidator, ConfigDict, Field
 
 Item = TypeVar("Item")
+_RFC_3339 = re.compile(r"\d{4}-\d\d-\d\d[Tt]\d\d:\d\d:\d\d(\.\d{1,6})?([Zz]|[+-]\d\d:\d\d)", re.ASCII)
 
 Vector2 = Annotated[list[float], Len(2, 2)]
 Vector3 = Annotated[list[float], Len(3, 3)]
@@ -16,6 +19,21 @@ Matrix3 = Annotated[list[Vector3], Len(3, 3)]
 Matrix6 = Annotated[list[Annotated[list[float], Len(6, 6)]], Len(6, 6)]
 Identifier = Annotated[str, Field(min_length=1, max_length=64)]
 Timestamp = Annotated[AwareDatetime, Field(description="RFC 3339, UTC.", examples=["2026-11-21T09:30:00Z"])]
+
+
+def _rfc_3339(value: Any) -> Any:
+    if not isinstance(value, str):
+        return value
+    if not _RFC_3339.fullmatch(value):
+        raise ValueError("not an RFC 3339 time with a zone; write it like 2026-11-21T09:30:00Z")
+    try:
+        return datetime.fromisoformat(value.upper()).astimezone(UTC)
+    except OverflowError as error:
+        raise ValueError("outside the years 1 to 9999") from error
+
+
+TextTime = Annotated[datetime, BeforeValidator(_rfc_3339)]
+"""A time in a form or a query, which comes as text."""
 StageName = Annotated[
     str,
     Field(

@@ -2,56 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
-import structlog
-from fastapi import APIRouter, Depends, Form, Header, Response
+from fastapi import APIRouter, Depends, Form, Response
 from pydantic import Field
 
-from service.dependencies import TheBell, TheRecord, multipart_body, problems
+from service.dependencies import ACCEPTED, TheBell, TheRecord, multipart_body, problems, ring
 from service.jobs import JobDocument
+from service.pictures import FILE_RESPONSES, IfNoneMatch, PairDocument, Side, file_response
 from service.problems import InvalidInputError
 from service.results import FeaturesDocument, FlagDocument, TriadDocument, TriadsDocument, object_space
 from service.schema import Identifier, Limit, Listing, Offset, Schema, StageName, Timestamp
 from service.uploads import StageForm, read_pair, require_calibrated_sizes
-from store import calibrations, images, stages, surgeries
-from store.bell import Bell
+from store import calibrations, stages, surgeries
 from store.clock import utc_now
 from store.errors import NotFoundError
-from store.tables import Image, JobState, Stage
+from store.tables import JobState, Stage
 
 router = APIRouter(prefix="/v1/surgeries/{surgery_id}/stages", tags=["stages"])
-_log = structlog.get_logger("service")
-
-Side = Literal["left", "right"]
-
-
-class ImageDocument(Schema):
-    """A picture as it was sent."""
-
-    sha256: Annotated[str, Field(description="SHA-256 of the file, hexadecimal.")]
-    media_type: Annotated[str, Field(examples=["image/png"])]
-    width_px: int
-    height_px: int
-    size_bytes: int
-
-    @classmethod
-    def of(cls, row: Image) -> ImageDocument:
-        """Return the document of a row."""
-        return cls(
-            sha256=row.sha256,
-            media_type=row.media_type,
-            width_px=row.width,
-            height_px=row.height,
-            size_bytes=row.size_bytes,
-        )
-
-
-class PairDocument(Schema):
-    """Both pictures."""
-
-    left: ImageDocument
-    right: ImageDocument
 
 
 class CountsDocument(Schema):
@@ -92,7 +60,7 @@ class StageDocument(Schema):
             calibration_id=stage.calibration_id,
             captured_at=stage.captured_at,
             created_at=stage.created_at,
-            images=PairDocument(left=ImageDocument.of(stage.left), right=ImageDocument.of(stage.right)),
+            images=PairDocument.of(stage.left, stage.right),
             state=stage.job.state,
             job=JobDocument.of(stage.job, stage),
             features=CountsDocument(**counts) if counts else None,
@@ -106,10 +74,7 @@ class StageDocument(Schema):
     "",
     status_code=202,
     dependencies=[Depends(multipart_body)],
-    responses={
-        202: {"headers": {"Location": {"description": "The job.", "schema": {"type": "string"}}}},
-        **problems(400, 404, 409, 413, 415, 422),
-    },
+    responses={**ACCEPTED, **problems(400, 404, 409, 413, 415, 422)},
 )
 def submit_stage(
     surgery_id: str,
@@ -132,7 +97,7 @@ def submit_stage(
         require_calibrated_sizes(left, right, calibration)
         new = stages.NewStage(form.name, left, right, form.captured_at)
         stage = stages.submit(session, surgery, calibration, new, utc_now())
-    _ring(bell, stage.job.id)
+    ring(bell, stage.job.id)
     response.headers["Location"] = f"/v1/jobs/{stage.job.id}"
     return StageDocument.of(stage)
 
@@ -194,31 +159,17 @@ def get_features(surgery_id: str, name: str, record: TheRecord) -> FeaturesDocum
 @router.get(
     "/{name}/images/{side}",
     response_class=Response,
-    responses={
-        200: {"content": {"image/*": {"schema": {"type": "string", "format": "binary"}}}},
-        304: {"description": "The picture is the one in If-None-Match."},
-        **problems(404, 422),
-    },
+    responses=FILE_RESPONSES,
 )
 def get_image(
     surgery_id: str,
     name: str,
     side: Side,
     record: TheRecord,
-    if_none_match: Annotated[str | None, Header()] = None,
+    if_none_match: IfNoneMatch = None,
 ) -> Response:
     """Return the original file; its ETag is its SHA-256."""
     with record.reading() as session:
         stage = stages.get(session, surgery_id, name)
         image = stage.left if side == "left" else stage.right
-        headers = {"ETag": f'"{image.sha256}"', "X-Content-Type-Options": "nosniff"}
-        if if_none_match and image.sha256 in if_none_match:
-            return Response(status_code=304, headers=headers)
-        return Response(images.content(session, image.sha256), media_type=image.media_type, headers=headers)
-
-
-def _ring(bell: Bell, job_id: str) -> None:
-    try:
-        bell.ring(job_id)
-    except Exception:  # the stage is stored, and the workers' sweep rings again
-        _log.warning("bell_not_rung", job_id=job_id, exc_info=True)
+        return file_response(session, image, if_none_match)

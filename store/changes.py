@@ -14,6 +14,8 @@ class Action(StrEnum):
     """What can happen, as source:subject:action."""
 
     CALIBRATION_CREATED = "http:calibration:created"
+    CALIBRATION_SUBMITTED = "http:calibration:submitted"
+    CALIBRATION_SOLVED = "worker:calibration:solved"
     SURGERY_CREATED = "http:surgery:created"
     STAGE_SUBMITTED = "http:stage:submitted"
     JOB_CANCELLED = "http:job:cancelled"

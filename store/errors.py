@@ -15,6 +15,14 @@ class NotFoundError(SpinewatchError):
         self.code = f"{kind}-not-found"
 
 
+class ReportNotFoundError(NotFoundError):
+    """The calibration was given as a rig, so that nothing is known of how it was made."""
+
+    def __init__(self) -> None:
+        super().__init__("report")
+        self.args = ("this calibration was given as a rig; only one made from pictures here has a report",)
+
+
 class ConflictError(SpinewatchError):
     """The request contradicts what the record already holds."""
 

@@ -1,4 +1,4 @@
-"""Jobs: who may work on a stage, and how the work ends.
+"""Jobs: who may work on a stage or a calibration, and how the work ends.
 
 The job's row is the truth. A worker claims it under a lease whose owner is a fresh UUID, and every later
 statement of that worker names the owner: once another has claimed the job, or it was cancelled, the statement
@@ -16,28 +16,34 @@ from uuid import uuid4
 from sqlalchemy import ColumnElement, CursorResult, Update, and_, or_, select, update
 from sqlalchemy.orm import Session, joinedload
 
-from store import changes
+from store import calibrations, changes
 from store.changes import Action
 from store.errors import JobFinishedError, NotFoundError
 from store.results import measurement_of
-from store.tables import FINAL_STATES, Document, Job, JobState
+from store.tables import FINAL_STATES, Document, Job, JobKind, JobState
 
 ATTEMPTS_EXHAUSTED = "attempts-exhausted"
 
 
 @dataclass(frozen=True)
 class Lease:
-    """The right of one attempt to work on a job."""
+    """The right of one attempt to work on a job; ``subject_id`` is the stage's or the calibration request's."""
 
     job_id: str
-    stage_id: str
-    surgery_id: str
+    kind: JobKind
+    subject_id: str
+    surgery_id: str | None
     owner: str
     attempt: int
 
 
+def queued(now: datetime) -> Job:
+    """Return a new job, rung for at once."""
+    return Job(id=str(uuid4()), state=JobState.QUEUED, progress=0.0, attempts=0, rung_at=now, created_at=now)
+
+
 def get(session: Session, job_id: str) -> Job:
-    """Return a job with its stage; raise ``NotFoundError``."""
+    """Return a job with the stage that it measures, if it does; raise ``NotFoundError``."""
     job = session.scalars(select(Job).where(Job.id == job_id).options(joinedload(Job.stage))).one_or_none()
     if job is None:
         raise NotFoundError("job")
@@ -50,14 +56,17 @@ def claim(session: Session, job_id: str, now: datetime, lease: timedelta, max_at
     A job that has used all its attempts fails here instead.
     """
     job = session.scalars(
-        select(Job).where(Job.id == job_id, _claimable(now)).options(joinedload(Job.stage)).with_for_update()
+        select(Job)
+        .where(Job.id == job_id, _claimable(now))
+        .options(joinedload(Job.stage))
+        .with_for_update(of=Job)
     ).one_or_none()
     if job is None:
         return None
     if job.attempts >= max_attempts:
         sentence = f"the job was started {job.attempts} times and never ended; see the workers' log"
         _end(job, JobState.FAILED, now, {"code": ATTEMPTS_EXHAUSTED, "detail": sentence})
-        changes.append(session, now, Action.JOB_FAILED, job.id, job.stage.surgery_id)
+        changes.append(session, now, Action.JOB_FAILED, job.id, _surgery_of(job))
         return None
     job.state = JobState.RUNNING
     job.attempts += 1
@@ -65,8 +74,9 @@ def claim(session: Session, job_id: str, now: datetime, lease: timedelta, max_at
     job.lease_until = now + lease
     job.progress, job.step = 0.0, None
     job.started_at = job.started_at or now
-    changes.append(session, now, Action.JOB_STARTED, job.id, job.stage.surgery_id)
-    return Lease(job.id, job.stage_id, job.stage.surgery_id, job.lease_owner, job.attempts)
+    changes.append(session, now, Action.JOB_STARTED, job.id, _surgery_of(job))
+    subject_id = cast(str, job.stage_id or job.calibration_request_id)
+    return Lease(job.id, job.kind, subject_id, _surgery_of(job), job.lease_owner, job.attempts)
 
 
 def extend(session: Session, lease: Lease, until: datetime, progress: float, step: str | None) -> bool:
@@ -75,9 +85,10 @@ def extend(session: Session, lease: Lease, until: datetime, progress: float, ste
 
 
 def succeed(session: Session, lease: Lease, result: Mapping[str, Any], now: datetime) -> bool:
-    """Write a stage's result and end its job; False, and nothing is written, when the lease is lost.
+    """Write what a job made and end it; False, and nothing is written, when the lease is lost.
 
-    ``result`` is the stage document (docs/api.md) with ``parameters`` and ``version``.
+    ``result`` is the stage document (docs/api.md) with ``parameters`` and ``version``, or the calibration
+    document with ``version``.
     """
     ended = _update(
         session,
@@ -89,9 +100,11 @@ def succeed(session: Session, lease: Lease, result: Mapping[str, Any], now: date
         lease_owner=None,
         lease_until=None,
     )
-    if ended:
-        session.add(measurement_of(lease.stage_id, result, now))
-        changes.append(session, now, Action.STAGE_MEASURED, lease.stage_id, lease.surgery_id)
+    if ended and lease.kind is JobKind.CALIBRATION:
+        calibrations.add_solved(session, lease.subject_id, result, now)
+    elif ended:
+        session.add(measurement_of(lease.subject_id, result, now))
+        changes.append(session, now, Action.STAGE_MEASURED, lease.subject_id, lease.surgery_id)
     return ended
 
 
@@ -137,7 +150,7 @@ def requeue(session: Session, lease: Lease, now: datetime, *, count_attempt: boo
 def cancel(session: Session, job_id: str, now: datetime) -> Job:
     """Cancel a job that has not ended; a worker at it finds its lease lost. Raises ``JobFinishedError``."""
     job = session.scalars(
-        select(Job).where(Job.id == job_id).options(joinedload(Job.stage)).with_for_update()
+        select(Job).where(Job.id == job_id).options(joinedload(Job.stage)).with_for_update(of=Job)
     ).one_or_none()
     if job is None:
         raise NotFoundError("job")
@@ -146,7 +159,7 @@ def cancel(session: Session, job_id: str, now: datetime) -> Job:
             f"the job is {job.state.value} already; only a job that has not ended can be cancelled"
         )
     _end(job, JobState.CANCELLED, now, None)
-    changes.append(session, now, Action.JOB_CANCELLED, job.id, job.stage.surgery_id)
+    changes.append(session, now, Action.JOB_CANCELLED, job.id, _surgery_of(job))
     return job
 
 
@@ -160,6 +173,10 @@ def note_ring(session: Session, job_id: str, now: datetime, quiet: timedelta) ->
     """Note that the bell is rung for a job; False when somebody else has just done so."""
     query = update(Job).where(Job.id == job_id, _claimable(now), Job.rung_at <= now - quiet)
     return _touches(session, query.values(rung_at=now))
+
+
+def _surgery_of(job: Job) -> str | None:
+    return None if job.stage is None else job.stage.surgery_id
 
 
 def _claimable(now: datetime) -> ColumnElement[bool]:

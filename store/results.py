@@ -18,6 +18,7 @@ def measurement_of(stage_id: str, result: Mapping[str, Any], now: datetime) -> M
         flags=result["flags"],
         fields=result["fields"],
         exposure=result["exposure"],
+        rig_check=result["rig_check"],
         parameters=result["parameters"],
         version=result["version"],
         created_at=now,

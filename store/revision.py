@@ -8,7 +8,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from store.errors import RecordNotReadyError
 from store.record import Record, sqlite_path
 
-REVISION = "0001"
+REVISION = "0004"
 """The migration that makes the tables of store/tables.py."""
 
 _ADVICE = "run: spinewatch db upgrade"

@@ -37,6 +37,9 @@ class Settings(BaseSettings):
         float, Field(ge=1, description="A job running longer ends with its worker process.")
     ] = 120.0
     max_attempts: Annotated[int, Field(ge=1, le=100, description="Times that a job is started.")] = 3
+    calibration_max_age_days: Annotated[
+        float, Field(gt=0, le=3650, description="A stage measured with an older calibration is flagged.")
+    ] = 1.0
     log_format: Annotated[Literal["text", "json"], Field(description="Form of the log on stderr.")] = "text"
     log_level: Annotated[
         Literal["debug", "info", "warning", "error"], Field(description="Least level that is logged.")

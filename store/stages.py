@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, timedelta
 from uuid import uuid4
 
 import numpy as np
@@ -11,11 +11,11 @@ from sqlalchemy import Select, select
 from sqlalchemy.orm import Session, joinedload, selectinload, undefer
 
 from spinewatch.triads.pose import Pose
-from store import changes, images
+from store import calibrations, changes, images, jobs
 from store.errors import NotFoundError, StageExistsError, StageNotMeasuredError
 from store.images import NewImage
 from store.page import Page, page_of
-from store.tables import Calibration, Document, FeatureList, Job, JobState, Measurement, Stage, Surgery, Triad
+from store.tables import Calibration, Document, FeatureList, JobState, Measurement, Stage, Surgery, Triad
 
 _REPLACEABLE = frozenset({JobState.FAILED, JobState.CANCELLED})
 
@@ -55,9 +55,7 @@ def submit(
         captured_at=new.captured_at,
         created_at=now,
         measurement=None,
-        job=Job(
-            id=str(uuid4()), state=JobState.QUEUED, progress=0.0, attempts=0, rung_at=now, created_at=now
-        ),
+        job=jobs.queued(now),
     )
     session.add(stage)
     changes.append(session, now, changes.Action.STAGE_SUBMITTED, stage.id, surgery.id)
@@ -92,24 +90,26 @@ def measurement(session: Session, surgery_id: str, name: str) -> tuple[Stage, Me
 
 
 @dataclass(frozen=True)
-class Work:
-    """What a worker needs to measure a stage: both files, the rig JSON, and the labels in order."""
+class StageWork:
+    """What a worker needs to measure a stage: both files, the rig JSON, how old it was, the labels in order."""
 
     left: bytes
     right: bytes
     rig: Document
+    calibration_age: timedelta
     vertebrae: tuple[str, ...]
     spine_axis: str
 
 
-def work(session: Session, stage_id: str) -> Work:
+def work(session: Session, stage_id: str) -> StageWork:
     """Return what there is to measure in a stage."""
     query = select(Stage).where(Stage.id == stage_id)
     stage = session.scalars(query.options(joinedload(Stage.surgery), joinedload(Stage.calibration))).one()
-    return Work(
+    return StageWork(
         left=images.content(session, stage.left_sha256),
         right=images.content(session, stage.right_sha256),
         rig=stage.calibration.rig,
+        calibration_age=calibrations.age(stage.calibration, stage),
         vertebrae=tuple(stage.surgery.vertebrae),
         spine_axis=stage.surgery.spine_axis,
     )

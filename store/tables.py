@@ -1,7 +1,8 @@
 """The tables (typed ORM); migrations/ is the only way they are made.
 
 Rows are written once: a repeated upload is a new take, a result is a new row. Only a job's row changes, and
-``changes`` tells when. Nothing here is particular to one database.
+``changes`` tells when. What a calibration is made of, the database itself refuses to change or delete
+(migration 0003). Nothing here is particular to one database.
 """
 
 from __future__ import annotations
@@ -52,6 +53,13 @@ class JobState(StrEnum):
 FINAL_STATES = frozenset({JobState.SUCCEEDED, JobState.FAILED, JobState.CANCELLED})
 
 
+class JobKind(StrEnum):
+    """What a job makes: the measurement of a stage, or a calibration from pictures of a control field."""
+
+    STAGE = "stage"
+    CALIBRATION = "calibration"
+
+
 class Base(DeclarativeBase):
     """Base of all tables."""
 
@@ -86,14 +94,67 @@ class Image(Base):
 
 
 class Calibration(Base):
-    """A stereo rig as it was calibrated; ``rig`` is the rig JSON."""
+    """A stereo rig as it was calibrated; ``rig`` is the rig JSON, ``calibrated_at`` null when nobody said when."""
 
     __tablename__ = "calibrations"
 
     id: Mapped[str] = mapped_column(String(36), primary_key=True)
     name: Mapped[str] = mapped_column(Text)
     rig: Mapped[Document]
+    calibrated_at: Mapped[datetime | None]
     created_at: Mapped[datetime] = mapped_column(index=True)
+
+    report: Mapped[CalibrationReport | None] = relationship(lazy="raise")
+
+
+class CalibrationRequest(Base):
+    """What a calibration is to be made from; its identifier becomes the calibration's.
+
+    ``control_field`` names a built-in control field, or the CSV in ``control_points``; ``options`` are those of
+    ``spinewatch calibrate``.
+    """
+
+    __tablename__ = "calibration_requests"
+
+    id: Mapped[str] = mapped_column(String(36), primary_key=True)
+    name: Mapped[str] = mapped_column(Text)
+    control_field: Mapped[str] = mapped_column(Text)
+    control_points: Mapped[str | None] = mapped_column(Text)
+    options: Mapped[Document]
+    captured_at: Mapped[datetime | None]
+    created_at: Mapped[datetime]
+
+    shots: Mapped[list[CalibrationShot]] = relationship(lazy="raise", order_by="CalibrationShot.position")
+    job: Mapped[Job] = relationship(lazy="raise")
+
+
+class CalibrationShot(Base):
+    """A stereo pair of the control field; ``position`` counts from 0, one that is not ``used`` only verifies."""
+
+    __tablename__ = "calibration_shots"
+
+    request_id: Mapped[str] = mapped_column(ForeignKey("calibration_requests.id"), primary_key=True)
+    position: Mapped[int] = mapped_column(primary_key=True)
+    used: Mapped[bool]
+    left_sha256: Mapped[str] = mapped_column(ForeignKey("images.sha256"))
+    right_sha256: Mapped[str] = mapped_column(ForeignKey("images.sha256"))
+
+    left: Mapped[Image] = relationship(foreign_keys=[left_sha256], lazy="raise")
+    right: Mapped[Image] = relationship(foreign_keys=[right_sha256], lazy="raise")
+
+
+class CalibrationReport(Base):
+    """What is known of a calibration made from pictures, beside its rig (``formats/calibration_json``)."""
+
+    __tablename__ = "calibration_reports"
+
+    calibration_id: Mapped[str] = mapped_column(
+        ForeignKey("calibrations.id"), ForeignKey("calibration_requests.id"), primary_key=True
+    )
+    report: Mapped[Document] = mapped_column(JSON, deferred=True)
+    version: Mapped[str] = mapped_column(String(32))
+
+    request: Mapped[CalibrationRequest] = relationship(viewonly=True, lazy="raise")
 
 
 class Surgery(Base):
@@ -138,16 +199,20 @@ class Stage(Base):
 
 
 class Job(Base):
-    """The work on a stage; the row decides who may do it, under a lease (store/jobs.py)."""
+    """The work on a stage or a calibration; the row decides who may do it, under a lease (store/jobs.py)."""
 
     __tablename__ = "jobs"
     __table_args__ = (
         CheckConstraint("progress >= 0 AND progress <= 1", name="progress"),
+        CheckConstraint("(stage_id IS NULL) <> (calibration_request_id IS NULL)", name="subject"),
         Index(None, "state", "rung_at"),
     )
 
     id: Mapped[str] = mapped_column(String(36), primary_key=True)
-    stage_id: Mapped[str] = mapped_column(ForeignKey("stages.id"), unique=True)
+    stage_id: Mapped[str | None] = mapped_column(ForeignKey("stages.id"), unique=True)
+    calibration_request_id: Mapped[str | None] = mapped_column(
+        ForeignKey("calibration_requests.id"), unique=True
+    )
     state: Mapped[JobState]
     progress: Mapped[float] = mapped_column(default=0.0)
     step: Mapped[str | None] = mapped_column(String(64))
@@ -160,11 +225,19 @@ class Job(Base):
     started_at: Mapped[datetime | None]
     finished_at: Mapped[datetime | None]
 
-    stage: Mapped[Stage] = relationship(back_populates="job", lazy="raise")
+    stage: Mapped[Stage | None] = relationship(back_populates="job", lazy="raise")
+
+    @property
+    def kind(self) -> JobKind:
+        """What the job makes."""
+        return JobKind.CALIBRATION if self.stage_id is None else JobKind.STAGE
 
 
 class Measurement(Base):
-    """What was measured in a stage; ``parameters`` and ``version`` say with what, ``flags`` what to doubt."""
+    """What was measured in a stage; ``parameters`` and ``version`` say with what, ``flags`` what to doubt.
+
+    ``rig_check`` is what the balls say about the calibration, null when they are too few.
+    """
 
     __tablename__ = "measurements"
 
@@ -172,6 +245,7 @@ class Measurement(Base):
     flags: Mapped[list[Any]]
     fields: Mapped[Document]
     exposure: Mapped[Document]
+    rig_check: Mapped[Document | None] = mapped_column(JSON(none_as_null=True))
     parameters: Mapped[Document]
     version: Mapped[str] = mapped_column(String(32))
     created_at: Mapped[datetime]

@@ -1,1 +1,1 @@
-"""Worker processes: take a job, decode its pictures, call the measuring library, write the result."""
+"""Worker processes: take a job, decode its pictures, call the library, write the result."""

@@ -18,7 +18,7 @@ class LeaseLostError(Exception):
 
 
 class Attempt:
-    """Used by the thread that measures and the one that beats; both may prolong the lease."""
+    """Used by the thread that works and the one that beats; both may prolong the lease."""
 
     def __init__(self, record: Record, lease: Lease, lease_for: timedelta) -> None:
         self.lease = lease

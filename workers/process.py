@@ -15,7 +15,7 @@ from store.clock import utc_now
 from store.record import Record
 from store.settings import Settings
 from workers.sweep import sweep
-from workers.worker import Measure, Worker
+from workers.worker import CarryOut, Worker
 
 _POLL_SECONDS = 0.02
 _SWEEP_SECONDS = 1.0
@@ -24,11 +24,11 @@ _OVERDUE_STATUS = 75  # EX_TEMPFAIL
 _log = structlog.get_logger("worker")
 
 
-def run(settings: Settings, measure: Measure) -> int:
+def run(settings: Settings, carry_out: CarryOut) -> int:
     """Answer the bell until SIGTERM or SIGINT; return the exit status."""
     limit_memory(settings.worker_memory_bytes)
     record = Record(settings.database_url)
-    worker = Worker(record, settings, measure)
+    worker = Worker(record, settings, carry_out)
     bell = Bell(settings.bell_file, worker.answer)
     consumer = bell.huey.create_consumer(
         workers=1,

@@ -1,4 +1,4 @@
-"""What a worker does when the bell rings: claim the job, measure, write the end of it."""
+"""What a worker does when the bell rings: claim the job, do the work, write the end of it."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import structlog
 
 from spinewatch.errors import SpinewatchError
 from spinewatch.pipeline import Progress
-from store import jobs, stages
+from store import jobs
 from store.clock import utc_now
 from store.record import Record
 from store.settings import Settings
-from store.stages import Work
+from store.work import Work, work_of
 from workers.attempt import Attempt, LeaseLostError
 
-Measure = Callable[[Work, Progress], Mapping[str, Any]]
-"""From what there is to measure to the stage document; raises a ``SpinewatchError`` for what cannot be."""
+CarryOut = Callable[[Work, Progress], Mapping[str, Any]]
+"""From what there is to do to the document it ends with; raises a ``SpinewatchError`` for what cannot be done."""
 
 _log = structlog.get_logger("worker")
 
@@ -26,10 +26,10 @@ _log = structlog.get_logger("worker")
 class Worker:
     """Works on one job at a time; ``attempt`` is the one at hand."""
 
-    def __init__(self, record: Record, settings: Settings, measure: Measure) -> None:
+    def __init__(self, record: Record, settings: Settings, carry_out: CarryOut) -> None:
         self.attempt: Attempt | None = None
         self._record = record
-        self._measure = measure
+        self._carry_out = carry_out
         self._lease_for = timedelta(seconds=settings.lease_seconds)
         self._max_attempts = settings.max_attempts
 
@@ -60,8 +60,10 @@ class Worker:
         _log.info("job_started")
         try:
             with self._record.reading() as session:
-                work = stages.work(session, lease.stage_id)
-            result = self._measure(work, attempt.note)
+                work = work_of(session, lease)
+            result = self._carry_out(work, attempt.note)
+            with self._record.writing() as session:
+                held = jobs.succeed(session, lease, result, utc_now())
         except LeaseLostError:
             _log.warning("lease_lost")
             return
@@ -75,6 +77,4 @@ class Worker:
             with self._record.writing() as session:
                 jobs.requeue(session, lease, utc_now(), count_attempt=True)
             return
-        with self._record.writing() as session:
-            held = jobs.succeed(session, lease, result, utc_now())
         _log.info("job_succeeded" if held else "lease_lost", seconds=round(attempt.seconds, 3))

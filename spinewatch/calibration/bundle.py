@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from spinewatch.calibration.collinearity import (
     project_with_derivatives,
 )
 from spinewatch.calibration.conditioning import conditioned, unconditioned
+from spinewatch.calibration.dlt import angles_of
 from spinewatch.calibration.placement import Placement, cross_matrices, turn
 from spinewatch.calibration.points import ImagePoints
 from spinewatch.camera import Camera, Float
@@ -64,7 +65,8 @@ class Adjustment:
 
     ``residuals_px`` per view (n, 2), measured less computed; ``sigma0`` the standard deviation of unit weight,
     NaN without redundancy; ``cofactor`` (u, u) of the unknowns in the order of ``names``, NaN when they are not
-    determined; ``jacobian`` (m, u) of the weighted residuals; ``rows`` where each view's points lie in it.
+    determined; ``jacobian`` (m, u) of the weighted residuals; ``rows`` where each view's points lie in it;
+    ``converged`` unless it was stopped on the way.
     """
 
     block: Block
@@ -103,11 +105,16 @@ def rms(values: Float) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
 
-def adjust(block: Block, robust_px: float | None = None, tolerance: float = _TOLERANCE) -> Adjustment:
+def adjust(
+    block: Block,
+    robust_px: float | None = None,
+    tolerance: float = _TOLERANCE,
+    evaluations: int = _MAX_EVALUATIONS,
+) -> Adjustment:
     """Return the block with all free parameters and placements at the least sum of squared image residuals.
 
     With ``robust_px``, weighted residuals beyond it lose weight (Cauchy's loss). Iteration ends when the sum
-    changes by less than the fraction ``tolerance``. The Jacobian is analytic.
+    changes by less than the fraction ``tolerance``, or after so many ``evaluations``. The Jacobian is analytic.
 
     Raises ``ValueError`` when a camera does not see all its points at the start.
     """
@@ -123,13 +130,14 @@ def adjust(block: Block, robust_px: float | None = None, tolerance: float = _TOL
         xtol=tolerance,
         ftol=tolerance,
         gtol=_TOLERANCE,
-        max_nfev=_MAX_EVALUATIONS,
+        max_nfev=evaluations,
     )
     x = np.asarray(solution.x)
     if not np.all(np.isfinite(solution.fun)):
         raise ValueError("the adjustment left the region in which the cameras see the points")
-    weighted, J = equations.residuals(x), equations.plain_jacobian(x)
-    adjusted = equations.block_at(x)
+    adjusted = _with_common_angles(equations.block_at(x))
+    equations = _Equations(adjusted)
+    weighted, J = equations.residuals(equations.start), equations.plain_jacobian(equations.start)
     residuals = {
         view: -(weighted[rows].reshape(-1, 2) * block.images[view].sd_px[:, None])
         for view, rows in equations.rows.items()
@@ -139,6 +147,17 @@ def adjust(block: Block, robust_px: float | None = None, tolerance: float = _TOL
     return Adjustment(
         adjusted, equations.names, residuals, sigma0, _cofactor(J), J, equations.rows, bool(solution.success)
     )
+
+
+def _with_common_angles(block: Block) -> Block:
+    """Return the block with the same rotations in angles of which phi is at most 90 degrees either way.
+
+    Omega + 180, 180 - phi, kappa + 180 is the same rotation, and iteration may end there.
+    """
+    cameras = tuple(
+        replace(c, rotation_deg=angles_of(c.M)) if abs(c.rotation_deg[1]) > 90 else c for c in block.cameras
+    )
+    return replace(block, cameras=cameras)
 
 
 class _Equations:
@@ -206,7 +225,8 @@ class _Equations:
     def _evaluate(self, x: Float) -> None:
         if self.at is not None and np.array_equal(self.at, x):
             return
-        cameras, self.chain, moves = self._split(x)
+        with np.errstate(all="ignore"):  # a step too far gives NaN, which the solver steps back from
+            cameras, self.chain, moves = self._split(x)
         value, J = np.full(self.count, np.nan), np.zeros((self.count, len(x)))
         moved = [_move(p, m) for p, m in zip(self.block.placements, moves, strict=True)]
         column = 0

@@ -15,10 +15,13 @@ from spinewatch.calibration.placement import Placement
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot
 from spinewatch.calibration.resection import Resection, SolveParameters, resect
 from spinewatch.camera import Camera, Float, Rig
+from spinewatch.errors import SameImageError
 from spinewatch.flags import Flag
 
 SIDES = ("left", "right")
-_FOR_EXTERIOR = 4
+FOR_EXTERIOR = 4
+"""Points that one image must show of a shot to take part in it."""
+
 _CORRELATED = 0.95
 
 
@@ -81,10 +84,11 @@ def calibrate(
     """Return the rig that took these shots of one control field; the first shot defines object space.
 
     Raises ``TooFewPointsError``, ``PlanarFieldError``, ``MirroredFieldError``, ``UndeterminedError``,
-    ``PoorFitError``, ``ConvergenceError``, ``BoardOrientationError`` and ``SidesSwappedError``.
+    ``PoorFitError``, ``ConvergenceError``, ``BoardOrientationError``, ``SidesSwappedError`` and ``SameImageError``.
     """
     parameters = parameters or SolveParameters()
     _refuse_empty(shots)
+    _refuse_same(shots)
     resections = [
         resect(_images(shots, side), sensor, parameters, f"the {side} camera")
         for side, sensor in zip(SIDES, sensors, strict=True)
@@ -110,7 +114,7 @@ def _conclude(block: Block, shots: Sequence[Shot], parameters: SolveParameters, 
     removed = tuple(RemovedPoint(SIDES[b.camera], shots[b.placement].name, b.id, b.miss_px) for b in blunders)
     sd = {side: _sd(adjustment, c) for c, side in enumerate(SIDES)}
     free = {side: adjustment.block.free[c] for c, side in enumerate(SIDES)}
-    flags = (*_blunder_flags(removed), *_determinability_flags(adjustment, free))
+    flags = calibration_flags(adjustment, free, removed)
     placements = adjustment.block.placements
     return Calibration(Rig(name, left, right), tuple(shots), placements, free, sd, adjustment, removed, flags)
 
@@ -120,16 +124,24 @@ def _refuse_empty(shots: Sequence[Shot]) -> None:
         raise TooFewPointsError("no shot of a control field was given; give at least one stereo pair")
     for side in SIDES:
         count = len(getattr(shots[0], side))
-        if count < _FOR_EXTERIOR:
+        if count < FOR_EXTERIOR:
             raise TooFewPointsError(
                 f"the {side} image of the first shot, {shots[0].name}, has {count} control points; the first shot"
                 " defines object space and needs at least 6 in both images"
             )
 
 
+def _refuse_same(shots: Sequence[Shot]) -> None:
+    for shot in shots:
+        if np.array_equal(shot.left.pixels, shot.right.pixels):
+            raise SameImageError(
+                f"shot {shot.name}: left and right show the same image points; give those of two cameras"
+            )
+
+
 def _images(shots: Sequence[Shot], side: str) -> list[ImagePoints | None]:
     images: list[ImagePoints] = [getattr(shot, side) for shot in shots]
-    return [image if len(image) >= _FOR_EXTERIOR else None for image in images]
+    return [image if len(image) >= FOR_EXTERIOR else None for image in images]
 
 
 def _views(shots: Sequence[Shot]) -> dict[View, ImagePoints]:
@@ -173,6 +185,13 @@ def _sd(adjustment: Adjustment, camera: int) -> Mapping[str, float]:
     return {n.removeprefix(prefix): v for n, v in adjustment.sd.items() if n.startswith(prefix)}
 
 
+def calibration_flags(
+    adjustment: Adjustment, free: Mapping[str, tuple[str, ...]], removed: Sequence[RemovedPoint]
+) -> tuple[Flag, ...]:
+    """Return what to know of an adjustment whose cameras have these free parameters, by name."""
+    return (*_blunder_flags(removed), *_determinability_flags(adjustment, free))
+
+
 def _blunder_flags(removed: Sequence[RemovedPoint]) -> tuple[Flag, ...]:
     return tuple(
         Flag(
@@ -185,6 +204,14 @@ def _blunder_flags(removed: Sequence[RemovedPoint]) -> tuple[Flag, ...]:
 
 def _determinability_flags(adjustment: Adjustment, free: Mapping[str, tuple[str, ...]]) -> tuple[Flag, ...]:
     flags = []
+    if not adjustment.converged:
+        flags.append(
+            Flag(
+                "adjustment-unfinished",
+                "the adjustment was stopped before its residuals ceased to fall; give more points, or free fewer"
+                " parameters",
+            )
+        )
     if adjustment.block.redundancy <= 0:
         flags.append(
             Flag(

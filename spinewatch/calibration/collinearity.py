@@ -71,7 +71,7 @@ def project_with_derivatives(
     J[:, :, :3] = -by_point
     J[:, :, 3:6] = by_Xc @ _turn_derivatives(camera, Xc)
     J[:, :, 6] = (to_px @ (ideal / f)[:, :, None])[:, :, 0]
-    px, py = camera.pixel_size_mm
+    px, py = np.array(camera.pixel_size_mm)  # an aspect of zero, on the way, is no error but infinite
     J[:, 0, 7], J[:, 1, 8] = 1 / px, -1 / py
     J[:, :, 9:13] = -to_px @ _lens_derivatives(plate - camera.principal_point_mm)
     J[:, 1, _ASPECT] = plate[:, 1] / py * px / py

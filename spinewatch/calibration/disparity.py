@@ -26,7 +26,8 @@ class DisparityGrid:
     def bounds_px(self, margin_px: float = 0.0) -> tuple[tuple[float, float], tuple[float, float]]:
         """Return (least, most) of the disparity in u and in v, widened by a margin.
 
-        The second is what ``CandidateParameters.y_disparity_px`` of the correspondence takes.
+        The second is what ``CandidateParameters.y_disparity_px`` of the correspondence takes; within the rig's own
+        range limits it refuses nothing that the epipolar line and the range have let pass (docs/calibration.md).
         """
         values = self.disparity_px.reshape(-1, 2)
         low, high = np.nanmin(values, axis=0) - margin_px, np.nanmax(values, axis=0) + margin_px

@@ -20,7 +20,7 @@ from spinewatch.calibration.calibrate import Calibration, calibrate, readjust, s
 from spinewatch.calibration.control_field import ControlField
 from spinewatch.calibration.dlt import MIN_FLATNESS
 from spinewatch.calibration.eccentricity import eccentricity_px
-from spinewatch.calibration.errors import CalibrationError, PlanarFieldError
+from spinewatch.calibration.errors import CalibrationError, ControlFieldError, PlanarFieldError
 from spinewatch.calibration.geometry import StereoGeometry, stereo_geometry
 from spinewatch.calibration.identify import IdentifyParameters, identify
 from spinewatch.calibration.placement import Placement, absolute_orientation
@@ -34,6 +34,7 @@ Image = NDArray[np.uint8] | NDArray[np.uint16]
 Progress = Callable[[str, float], None]
 
 _SAMPLES = 50
+_MOST_POINTS = 500
 
 
 @dataclass(frozen=True)
@@ -92,6 +93,11 @@ def calibrate_from_images(
     parameters = parameters or FromImagesParameters()
     names = list(names or [str(i + 1) for i in range(len(shots))])
     _refuse_images(shots, names)
+    if len(field) > _MOST_POINTS:
+        raise ControlFieldError(
+            f"control field {field.name!r} has {len(field)} points; of pictures at most {_MOST_POINTS} are named: leave"
+            " out those that were not photographed"
+        )
     if len(shots) - verify < 2 and flatness(field.points_mm) < MIN_FLATNESS:
         raise PlanarFieldError(
             f"the points of control field {field.name!r} lie in one plane: one shot of it cannot tell focal length"
@@ -101,7 +107,7 @@ def calibrate_from_images(
     seen: list[tuple[Shot, Float, Float]] = []
     lenses: list[Camera | None] = [None, None]
     for k, (name, pair) in enumerate(zip(names, shots, strict=True)):
-        progress(f"find targets of shot {name}", 0.8 * k / len(shots))
+        progress(f"find targets of shot {k + 1} of {len(shots)}", 0.8 * k / len(shots))
         seen.append(_see(name, pair, field, sensors, lenses, parameters))
     progress("adjust", 0.8)
     first = len(seen) - verify
@@ -191,7 +197,8 @@ def _see(
     for c, (side, image) in enumerate(zip(("left", "right"), pair, strict=True)):
         targets = find_targets(image, parameters.targets)
         where = f"the {side} picture of shot {name}"
-        found = identify(targets, field, sensors[c], parameters.identify, where, lenses[c])
+        naming = replace(parameters.identify, estimate_aspect=parameters.solve.estimate_aspect)
+        found = identify(targets, field, sensors[c], naming, where, lenses[c])
         lenses[c] = found.camera
         images.append(found.points)
         spreads.append(_spreads(found.points, targets))

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from itertools import islice
+from dataclasses import dataclass, replace
+from itertools import islice, product
 
 import cv2
 import numpy as np
@@ -15,7 +15,13 @@ from scipy.spatial.transform import Rotation
 from spinewatch.calibration.bundle import Block, adjust
 from spinewatch.calibration.collinearity import EXTERIOR
 from spinewatch.calibration.control_field import ControlField
-from spinewatch.calibration.errors import IdentificationError, TargetsNotFoundError
+from spinewatch.calibration.errors import (
+    BoardOrientationError,
+    CalibrationError,
+    IdentificationError,
+    MirroredFieldError,
+    TargetsNotFoundError,
+)
 from spinewatch.calibration.placement import Placement
 from spinewatch.calibration.points import ImagePoints, Sensor
 from spinewatch.calibration.starts import exterior, with_exterior
@@ -25,8 +31,31 @@ from spinewatch.camera import Camera, Float
 Index = NDArray[np.intp]
 
 _LENS = (*EXTERIOR, "f", "x0", "y0", "K1")
+_TRIPLES = 1000  # the most alike; keeps time and memory for a large field from growing with its square
+_POSES_AT_ONCE = 256
 _LOOSE = 1e-5
+_EVALUATIONS = 20  # a right hypothesis needs fewer; wrong ones would go on for hundreds
 _IDENTITY = np.eye(3)
+_REFUSED_SEEDS, _REFUSED_TRIES = 2, 12
+_OTHER_AXES: tuple[tuple[tuple[int, int, int], type[CalibrationError], str], ...] = (
+    (
+        (-1, 1, 1),
+        MirroredFieldError,
+        "mirrored: give right-handed coordinates, for which X and Y may be exchanged or pegs numbered from the wrong"
+        " side, and do not flip the picture",
+    ),
+    (
+        (1, 1, -1),
+        MirroredFieldError,
+        "with the sign of every Z reversed; Z must point up to the cameras, and higher pegs have a larger z_mm",
+    ),
+    (
+        (1, -1, -1),
+        BoardOrientationError,
+        "upside down; turn its axes so that Z points up to the cameras, and higher pegs have a larger z_mm",
+    ),
+)
+"""Signs of a field's axes that are mistaken for one another, and what to say when one of them fits."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +66,9 @@ class IdentifyParameters:
     lengths to try, in plate widths; ``neighbours`` control points that may be next to one another in the image
     although others lie nearer; ``coarse`` tolerance of a match, in spacings of the targets; ``fine`` tolerance,
     ``fit`` and ``tight_fit`` standard deviations, in image widths: a naming must fit, and one that rests on few
-    targets or leaves many out must fit tightly; ``refined`` hypotheses that are adjusted for each of ``seeds``.
+    targets or leaves many out must fit tightly; ``refined`` hypotheses are kept for each of ``seeds`` and focal
+    lengths; those of the first are adjusted, then at most ``tries`` of all others, the best first;
+    ``estimate_aspect`` adjusts the pixels' aspect with the lens.
     """
 
     least: int = 8
@@ -50,6 +81,13 @@ class IdentifyParameters:
     tight_fit: float = 0.0005
     refined: int = 12
     seeds: int = 6
+    tries: int = 128
+    estimate_aspect: bool = False
+
+    @property
+    def lens(self) -> tuple[str, ...]:
+        """Parameters of the camera that are adjusted to many targets."""
+        return (*_LENS, "aspect") if self.estimate_aspect else _LENS
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +104,12 @@ class _Naming:
     control: Index
     sigma_px: float
     camera: Camera
+
+
+@dataclass(frozen=True, eq=False)
+class _Hypothesis:
+    camera: Camera
+    score: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,8 +135,8 @@ class _Task:
     def is_sound(self, naming: _Naming) -> bool:
         """Return whether chance could not have made a naming that fits so well."""
         if self.is_tight(naming):
-            return self.is_complete(naming) or len(naming.target) > len(_LENS)
-        many = len(naming.target) > len(_LENS) and self.is_complete(naming)
+            return self.is_complete(naming) or len(naming.target) > len(self.parameters.lens)
+        many = len(naming.target) > len(self.parameters.lens) and self.is_complete(naming)
         return many and naming.sigma_px < self.parameters.fit * self.width_px
 
 
@@ -128,10 +172,7 @@ def identify(
     except IdentificationError as error:
         raise IdentificationError(f"{where}: {error}") from error
     if found is None:
-        raise IdentificationError(
-            f"the {len(targets)} targets of {where} fit no part of control field {field.name!r}; give the field that"
-            " was photographed, and the pixel aspect of this camera"
-        )
+        raise _refusal(task, lenses, where)
     order = np.argsort(found.control)
     target, control = found.target[order], found.control[order]
     ids = [field.ids[i] for i in control]
@@ -140,13 +181,48 @@ def identify(
 
 
 def _search(task: _Task, lenses: list[Camera]) -> _Naming | None:
-    best: list[_Naming] = []
-    for seed in islice(_seeds(task.pixels), task.parameters.seeds):
-        for camera in lenses:
-            best += _explain(_hypotheses(task, seed, camera), task)
-            if best and task.is_complete(_most(best)):
-                return _unambiguous(best)
-    return _unambiguous(best) if best else None
+    """Return the naming that explains most targets, or None; raise when another does equally well."""
+    starts = product(islice(_seeds(task.pixels), task.parameters.seeds), lenses)
+    namings: list[_Naming] = []
+    for count, tries in ((1, task.parameters.refined), (None, task.parameters.tries)):
+        found = [h for seed, camera in islice(starts, count) for h in _hypotheses(task, seed, camera)]
+        found.sort(key=lambda h: -h.score)
+        namings += _explain([h.camera for h in found[:tries]], task)
+        if namings and task.is_complete(_most(namings)):
+            break
+    return _unambiguous(namings) if namings else None
+
+
+def _refusal(task: _Task, lenses: list[Camera], where: str) -> CalibrationError:
+    """Return why no naming was found: what would have to be otherwise for one, as far as a short search can tell."""
+    field = task.field
+    count = len(task.pixels)
+    start = f"the {count} targets of {where} fit control field {field.name!r}"
+    short = replace(task.parameters, seeds=_REFUSED_SEEDS, tries=_REFUSED_TRIES)
+    for signs, kind, remedy in _OTHER_AXES:
+        turned = ControlField(field.name, field.ids, field.points_mm * signs)
+        if _fits(replace(task, field=turned, parameters=short), lenses):
+            return kind(f"{start} only {remedy}")
+    if not short.estimate_aspect:
+        free = replace(task, parameters=replace(short, estimate_aspect=True))
+        if _fits(free, lenses):
+            return IdentificationError(
+                f"{start} only with another pixel aspect; give the pixel size of this camera, or estimate the aspect"
+            )
+    return IdentificationError(
+        f"the {count} targets of {where} fit no part of control field {field.name!r}: give the field that was"
+        " photographed, right-handed, Z up to the cameras and every height at its own peg; do not flip the picture;"
+        " give the pixel aspect of this camera; and show as many pegs as you can"
+    )
+
+
+def _fits(task: _Task, lenses: list[Camera]) -> bool:
+    """Return whether a naming is found of so many targets that it is a finding, and not one of several tries."""
+    try:
+        naming = _search(task, lenses)
+    except IdentificationError:  # in two places
+        return True
+    return naming is not None and task.is_complete(naming) and len(naming.target) > len(task.parameters.lens)
 
 
 def _explain(hypotheses: list[Camera], task: _Task) -> list[_Naming]:
@@ -215,7 +291,7 @@ def _seeds(pixels: Float) -> Iterator[Index]:
                 break
 
 
-def _hypotheses(task: _Task, seed: Index, camera: Camera) -> list[Camera]:
+def _hypotheses(task: _Task, seed: Index, camera: Camera) -> list[_Hypothesis]:
     """Return poses, best first, that explain most targets when the seed is three neighbouring control points."""
     X, pixels = task.field.points_mm, task.pixels
     triples = _alike(pixels[seed], X, camera, task.parameters.neighbours)
@@ -232,10 +308,16 @@ def _hypotheses(task: _Task, seed: Index, camera: Camera) -> list[Camera]:
     t = np.array(shifts).reshape(-1, 3)
     up = R[:, 2, 2] < 0  # the board's Z towards the camera, which looks along OpenCV's Z
     R, t = R[up], t[up]
-    score = _score(R, t, X, camera, pixels, task.parameters.coarse * task.spacing_px)
+    tolerance = task.parameters.coarse * task.spacing_px
+    score = np.empty(len(R))
+    for first in range(0, len(R), _POSES_AT_ONCE):
+        part = slice(first, first + _POSES_AT_ONCE)
+        score[part] = _score(R[part], t[part], X, camera, pixels, tolerance)
     flip = np.diag([1.0, -1.0, -1.0])
     best = np.argsort(-score, kind="stable")[: task.parameters.refined]
-    return [with_exterior(camera, Placement(flip @ R[k], flip @ t[k])) for k in best]
+    return [
+        _Hypothesis(with_exterior(camera, Placement(flip @ R[k], flip @ t[k])), float(score[k])) for k in best
+    ]
 
 
 def _alike(seed_px: Float, X: Float, camera: Camera, neighbours: int) -> Index:
@@ -251,10 +333,13 @@ def _alike(seed_px: Float, X: Float, camera: Camera, neighbours: int) -> Index:
     la, lb, lc = (np.linalg.norm(v, axis=1) for v in (A, B, A - B))
     with np.errstate(divide="ignore", invalid="ignore"):
         ratios = np.stack([np.linalg.norm(a) / la, np.linalg.norm(b) / lb, np.linalg.norm(a - b) / lc])
-        similar = (q != r) & (ratios.max(axis=0) < 2.2 * ratios.min(axis=0))
+        unlike = ratios.max(axis=0) / ratios.min(axis=0)
+        similar = (q != r) & (unlike < 2.2)
     side = np.sign(a[0] * b[1] - a[1] * b[0])
     similar &= side * (A[:, 0] * B[:, 1] - A[:, 1] * B[:, 0]) > 0
-    return np.asarray(np.stack([p, q, r], axis=1)[similar])
+    kept = np.flatnonzero(similar)
+    kept = kept[np.argsort(unlike[kept], kind="stable")[:_TRIPLES]]
+    return np.asarray(np.stack([p, q, r], axis=1)[kept])
 
 
 def _score(R: Float, t: Float, X: Float, camera: Camera, pixels: Float, tolerance: float) -> Float:
@@ -270,7 +355,7 @@ def _score(R: Float, t: Float, X: Float, camera: Camera, pixels: Float, toleranc
 
 def _refine(camera: Camera, task: _Task) -> _Naming | None:
     """Return the naming that a pose grows to: match, adjust with ever more of the lens, match closer again."""
-    X, limit = task.field.points_mm, task.limit_px
+    X, limit, lens = task.field.points_mm, task.limit_px, task.parameters.lens
     coarse = task.parameters.coarse * task.spacing_px
     target, control = _match(camera, task.pixels, X, coarse)
     if len(target) < task.parameters.least:
@@ -279,18 +364,22 @@ def _refine(camera: Camera, task: _Task) -> _Naming | None:
     at_once = _within(camera, task, len(EXTERIOR))
     if at_once is not None and task.is_complete(at_once) and task.is_tight(at_once):
         return at_once
-    for tolerance, free in ((0.6 * coarse, (*EXTERIOR, "f", "K1")), (0.3 * coarse, _LENS), (limit, _LENS)):
+    for tolerance, free in ((0.6 * coarse, (*EXTERIOR, "f", "K1")), (0.3 * coarse, lens), (limit, lens)):
         target, control = _match(camera, task.pixels, X, max(tolerance, limit))
         if len(target) < task.parameters.least:
             return None
         usable = free if 2 * len(target) > len(free) + 2 else (*EXTERIOR, "f")
         block = _block(camera, _image(target, control, task), usable)
         try:
-            adjusted = adjust(block, robust_px=max(tolerance / 4, 0.5), tolerance=_LOOSE)
+            adjusted = adjust(
+                block, robust_px=max(tolerance / 4, 0.5), tolerance=_LOOSE, evaluations=_EVALUATIONS
+            )
         except (ValueError, np.linalg.LinAlgError):
             return None
         camera = adjusted.block.cameras[0]
-    return _within(camera, task, len(_LENS))
+        if camera.pixel_size_mm[1] <= 0:  # a mirrored picture
+            return None
+    return _within(camera, task, len(lens))
 
 
 def _within(camera: Camera, task: _Task, unknowns: int) -> _Naming | None:

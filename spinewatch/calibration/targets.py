@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -16,6 +16,8 @@ _SMOOTHING_PX = 0.6
 _FINER = 8
 _EDGE_WIDTH_PX = 2.0
 _FLOOR_PX = 0.015
+_RING = 1.35  # outer over inner size of the white around a mark that has no top
+_WHITE = 0.97
 
 Gray = NDArray[np.uint8] | NDArray[np.uint16]
 _Image = NDArray[np.integer | np.floating]
@@ -29,7 +31,8 @@ class TargetParameters:
     ``levels`` gray levels at which the image is cut; ``min_width_px`` of a mark; ``max_fraction`` of the image
     that a mark may cover; ``area_ratio`` (least, most) of peg top to mark; ``min_contrast`` of mark against
     top, as a fraction of the top's brightness; ``max_eccentricity`` of centres of top and mark, in mark
-    diameters; ``min_repeats`` levels at which the mark must show.
+    diameters; ``min_repeats`` levels at which the mark must show. When fewer than ``enough`` marks have a top that
+    stands out from the board, marks that are merely surrounded by white count too.
     """
 
     levels: int = 16
@@ -40,6 +43,7 @@ class TargetParameters:
     max_eccentricity: float = 0.25
     max_axis_ratio: float = 3.0
     min_repeats: int = 2
+    enough: int = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,19 +71,35 @@ class _Mark:
     area: float
 
 
+_Judge = Callable[[_Outline, _Outline, _Image, TargetParameters], _Mark | None]
+"""Tells whether a hole, in a region, of a picture cut at a level, is a mark."""
+
+
 def find_targets(image: Gray, parameters: TargetParameters | None = None) -> Targets:
     """Return the targets of a gray image (H, W), brightest contrast first.
 
     The image is cut at several gray levels. A mark is a hole in a bright region whose outline is smooth,
     elliptic, not much larger than the mark, and shares its centre; this takes discs and crosses alike, and
-    leaves out marks that the image's border or another peg cuts.
+    leaves out marks that the image's border or another peg cuts. On a board as white as the peg tops, marks are
+    what is round, or a cross, and has white around it.
     """
     parameters = parameters or TargetParameters()
     gray = image.astype(np.float32)
     smooth = cv2.GaussianBlur(gray, (0, 0), _SMOOTHING_PX)  # grain makes thousands of regions
+    rows = _find(gray, smooth, _on_top, parameters)
+    if len(rows) < parameters.enough:
+        rows = _find(gray, smooth, _on_white, parameters)
+    rows.sort(key=lambda row: -row[3])
+    table = np.array(rows).reshape(-1, 5)
+    return Targets(table[:, :2], table[:, 2], table[:, 3], table[:, 4])
+
+
+def _find(
+    gray: _Image, smooth: _Image, judge: _Judge, parameters: TargetParameters
+) -> list[tuple[float, ...]]:
     found: list[list[_Mark]] = []
     for level in _levels(smooth, parameters.levels):
-        for mark in _marks_at(smooth, level, parameters):
+        for mark in _marks_at(smooth, level, judge, parameters):
             for group in found:
                 if np.hypot(*(group[0].centre - mark.centre)) < 0.5 * np.sqrt(group[0].area):
                     group.append(mark)
@@ -93,9 +113,7 @@ def find_targets(image: Gray, parameters: TargetParameters | None = None) -> Tar
             centred = _centre(gray, middle, parameters)
             if centred is not None:
                 rows.append(centred)
-    rows.sort(key=lambda row: -row[3])
-    table = np.array(rows).reshape(-1, 5)
-    return Targets(table[:, :2], table[:, 2], table[:, 3], table[:, 4])
+    return rows
 
 
 def _levels(gray: _Image, count: int) -> Float:
@@ -104,7 +122,7 @@ def _levels(gray: _Image, count: int) -> Float:
     return np.asarray(low + (high - low) * np.linspace(0, 1, count + 2)[1:-1] ** 0.6)
 
 
-def _marks_at(gray: _Image, level: float, parameters: TargetParameters) -> list[_Mark]:
+def _marks_at(gray: _Image, level: float, judge: _Judge, parameters: TargetParameters) -> list[_Mark]:
     bright = (gray > level).astype(np.uint8)
     contours, hierarchy = cv2.findContours(bright, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     if not contours:
@@ -113,25 +131,25 @@ def _marks_at(gray: _Image, level: float, parameters: TargetParameters) -> list[
     smallest = 0.5 * parameters.min_width_px**2
     largest = parameters.max_fraction * gray.size
     longest = 4 * np.sqrt(largest)
-    longest_top = longest * np.sqrt(parameters.area_ratio[1])
     for i, (_, _, _, parent) in enumerate(hierarchy[0]):
-        if parent < 0 or not 8 <= len(contours[i]) <= longest or len(contours[parent]) > longest_top:
+        if parent < 0 or not 8 <= len(contours[i]) <= longest:
             continue
-        area = cv2.contourArea(contours[i])
-        if smallest <= area <= largest:
-            mark = _mark(contours[i], contours[parent], area, parameters)
+        if smallest <= cv2.contourArea(contours[i]) <= largest:
+            mark = judge(contours[i], contours[parent], bright, parameters)
             if mark is not None:
                 out.append(mark)
     return out
 
 
-def _mark(hole: _Outline, top: _Outline, area: float, parameters: TargetParameters) -> _Mark | None:
-    top_area = cv2.contourArea(top)
+def _on_top(hole: _Outline, top: _Outline, bright: _Image, parameters: TargetParameters) -> _Mark | None:
+    """Return a hole in a bright ellipse that shares its centre and is not much larger."""
     low, high = parameters.area_ratio
+    if len(top) > 4 * np.sqrt(parameters.max_fraction * bright.size * high):
+        return None
+    area, top_area = cv2.contourArea(hole), cv2.contourArea(top)
     if not low * area <= top_area <= high * area * 1.5:
         return None
-    hull = cv2.convexHull(hole)
-    hull_area = cv2.contourArea(hull)
+    hull_area = cv2.contourArea(cv2.convexHull(hole))
     if not low * hull_area <= top_area <= high * hull_area:
         return None
     ellipse = cv2.fitEllipse(top) if len(top) >= 5 else None
@@ -141,6 +159,24 @@ def _mark(hole: _Outline, top: _Outline, area: float, parameters: TargetParamete
     if np.hypot(*(centre - mark_centre)) > parameters.max_eccentricity * np.sqrt(hull_area):
         return None
     return _Mark(mark_centre, hole, top, hull_area)
+
+
+def _on_white(hole: _Outline, _: _Outline, bright: _Image, parameters: TargetParameters) -> _Mark | None:
+    """Return an elliptic hole, or a cross, with nothing dark around it."""
+    hull = cv2.convexHull(hole)
+    area = cv2.contourArea(hull)
+    if len(hull) < 5 or not _is_ellipse(hull, area, cv2.fitEllipse(hull)[1], parameters):
+        return None
+    centre = _moments_centre(hole)
+    ring = np.round(centre + _RING * (hull - centre)).astype(np.int32)
+    u, v, w, h = cv2.boundingRect(ring)
+    if min(u, v) < 0 or u + w > bright.shape[1] or v + h > bright.shape[0]:
+        return None
+    inside = np.zeros((h, w), dtype=np.uint8)
+    cv2.drawContours(inside, [ring - np.array([u, v], dtype=np.int32)], -1, 1, cv2.FILLED)
+    cv2.drawContours(inside, [hull - np.array([u, v], dtype=np.int32)], -1, 0, cv2.FILLED)
+    around = bright[v : v + h, u : u + w][inside > 0]
+    return _Mark(centre, hole, ring, area) if len(around) and np.mean(around) > _WHITE else None
 
 
 def _is_ellipse(outline: _Outline, area: float, axes: Sequence[float], parameters: TargetParameters) -> bool:

@@ -63,7 +63,8 @@ def parse_image_points(text: str, name: str) -> dict[str, ImagePoints]:
 def _rows(
     text: str, needed: tuple[str, ...], name: str, error: type[ControlFieldError] | type[PointsError]
 ) -> list[tuple[int, dict[str, str]]]:
-    reader = csv.DictReader(io.StringIO(text.lstrip("\ufeff")), skipinitialspace=True)
+    lines = io.StringIO(text.lstrip("\ufeff"), newline=None)  # any system's line ends
+    reader = csv.DictReader(lines, skipinitialspace=True)
     header = [h.strip() for h in reader.fieldnames or []]
     missing = [key for key in needed if key not in header]
     if missing:

@@ -49,10 +49,11 @@ def rig_from_dict(document: object) -> Rig:
 
 def rig_to_dict(rig: Rig) -> dict[str, Any]:
     """Return the JSON object of a rig; ``rig_from_dict`` gives back the same numbers."""
-    return {"name": rig.name, **{side: _camera_to_dict(getattr(rig, side)) for side in _SIDES}}
+    return {"name": rig.name, **{side: camera_to_dict(getattr(rig, side)) for side in _SIDES}}
 
 
-def _camera_to_dict(camera: Camera) -> dict[str, Any]:
+def camera_to_dict(camera: Camera) -> dict[str, Any]:
+    """Return the JSON object of one camera, as it stands in a rig."""
     return {
         "position_mm": list(camera.position_mm),
         "rotation_deg": list(camera.rotation_deg),

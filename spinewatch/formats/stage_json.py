@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 if TYPE_CHECKING:
+    from spinewatch.correspondence.rig_check import RigCheck
     from spinewatch.features import Features
     from spinewatch.flags import Flag
     from spinewatch.pipeline import StageMeasurement
@@ -40,6 +41,7 @@ def stage_document(measurement: StageMeasurement) -> dict[str, Any]:
         "exposure": {side: str(view.exposure) for side, view in views.items()},
         "triads": [triad_document(triad) for triad in measurement.triads],
         "flags": flags_document(measurement.flags),
+        "rig_check": None if measurement.rig_check is None else rig_check_document(measurement.rig_check),
     }
 
 
@@ -73,6 +75,20 @@ def triad_document(labelled: LabelledTriad) -> dict[str, Any]:
 def flags_document(flags: Sequence[Flag]) -> list[dict[str, str]]:
     """Return flags as objects with ``code`` and ``detail``."""
     return [{"code": flag.code, "detail": flag.detail} for flag in flags]
+
+
+def rig_check_document(check: RigCheck) -> dict[str, Any]:
+    """Return what the balls say about the calibration; the move is the right camera's, in its own axes."""
+    return {
+        "balls": check.balls,
+        "rms_px": _numbers(check.rms_px),
+        "chance": _numbers(check.chance),
+        "drifted": bool(check.drifted),
+        **{
+            name: _numbers(getattr(check, name))
+            for name in ("turn_deg", "turn_sd_deg", "shift_mm", "shift_sd_mm")
+        },
+    }
 
 
 def _ball_document(ball: Ball) -> dict[str, Any]:

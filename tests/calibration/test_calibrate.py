@@ -1,4 +1,5 @@
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from spinewatch.calibration.accuracy import calibration_accuracy, leave_one_out
-from spinewatch.calibration.calibrate import calibrate
+from spinewatch.calibration.bundle import adjust
+from spinewatch.calibration.calibrate import calibrate, calibration_flags
 from spinewatch.calibration.collinearity import camera_vector
 from spinewatch.calibration.control_field import pegboard_1995
 from spinewatch.calibration.design import visible_in_both
@@ -27,8 +29,9 @@ from spinewatch.calibration.placement import Placement, absolute_orientation
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot
 from spinewatch.calibration.resection import THIRTEEN, SolveParameters, resect
 from spinewatch.camera import Camera, Rig
+from spinewatch.errors import SameImageError
 from spinewatch.formats.control_csv import parse_image_points
-from spinewatch.simulation.rigs import random_rig, table_3_3_rig
+from spinewatch.simulation.rigs import converging_rig, random_rig, table_3_3_rig
 
 SAMPLES = Path(__file__).parents[2] / "samples/calibration"
 TYPICAL = tuple(str(i) for i in (3, 4, 5, 6, 9, 10, 11, 12, 15, 16, 17, 18))
@@ -128,6 +131,38 @@ def test_a_blunder_is_removed_and_named(shot: MakeShot, sensor: Sensor) -> None:
     assert "control-point-removed" in {f.code for f in calibration.flags}
 
 
+def test_an_adjustment_stopped_on_the_way_says_so(shot: MakeShot, sensor: Sensor) -> None:
+    block = calibrate([shot(sigma_px=0.05)], (sensor, sensor)).adjustment.block
+    moved = replace(block.cameras[0], focal_length_mm=1.1 * block.cameras[0].focal_length_mm)
+    start = replace(block, cameras=(moved, block.cameras[1]))
+    for evaluations, flags in ((2, {"adjustment-unfinished"}), (200, set())):
+        found = calibration_flags(adjust(start, evaluations=evaluations), {}, ())
+        assert {f.code for f in found} == flags
+
+
+def test_three_blunders_of_some_sigma_are_named_and_good_points_stay() -> None:
+    rig, field = converging_rig(500.0, 24.0, target_mm=(317.5, 254.0, 40.0)), pegboard_1995()
+    sensor = Sensor(rig.left.image_size_px, rig.left.pixel_size_mm)
+    off = np.zeros((30, 2))
+    off[[3, 14, 21]] = (1.6, 0), (-1.2, 1.2), (0, -1.7)
+    for seed in range(4):
+        noise = 0.2 * np.random.default_rng(seed).standard_normal((30, 2))
+        sound, faulty = (
+            resect(
+                [
+                    ImagePoints.build(
+                        field.ids, field.points_mm, rig.left.project(field.points_mm) + noise + e
+                    )
+                ],
+                sensor,
+                SolveParameters(),
+            )
+            for e in (np.zeros((30, 2)), off)
+        )
+        assert not sound.blunders
+        assert {b.id for b in faulty.blunders} == {"4", "15", "22"}
+
+
 def test_real_cameras_in_relief_converge_and_name_their_mismatches() -> None:
     cavity = Sensor((1280, 1024), (0.012, 0.012))
     for name, gross in (("cam1", {"31"}), ("cam4", {"31"})):
@@ -181,6 +216,12 @@ def test_exchanged_sides_are_told_from_a_board_upside_down(shot: MakeShot, senso
     half_turn = Placement(np.diag([-1.0, -1.0, 1.0]), np.array([2 * 444.5, 2 * 381.0, 0.0]))
     with pytest.raises(BoardOrientationError, match="X runs to the"):
         calibrate([shot(placement=half_turn)], (sensor, sensor))
+
+
+def test_one_image_given_for_both_sides_is_refused(shot: MakeShot, sensor: Sensor) -> None:
+    image = shot(sigma_px=0.05).left
+    with pytest.raises(SameImageError, match="shot C"):
+        calibrate([Shot("C", image, image)], (sensor, sensor))
 
 
 def test_a_left_handed_field_is_refused(shot: MakeShot, sensor: Sensor) -> None:

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -7,16 +8,19 @@ from scipy.spatial.transform import Rotation
 from spinewatch.calibration.control_field import ControlField, low_high_field, pegboard_1995
 from spinewatch.calibration.errors import (
     BoardOrientationError,
+    CalibrationError,
     ControlFieldError,
     IdentificationError,
+    MirroredFieldError,
     PlanarFieldError,
     SidesSwappedError,
     TargetsNotFoundError,
 )
-from spinewatch.calibration.from_images import calibrate_from_images
+from spinewatch.calibration.from_images import FromImagesParameters, calibrate_from_images
 from spinewatch.calibration.identify import identify
 from spinewatch.calibration.placement import Placement
 from spinewatch.calibration.points import Sensor
+from spinewatch.calibration.resection import SolveParameters
 from spinewatch.calibration.targets import find_targets
 from spinewatch.errors import SameImageError
 from spinewatch.formats.images import Gray
@@ -68,6 +72,28 @@ def test_marks_of_a_turned_board_are_named(mark: Literal["cross", "disc"], turn:
     assert np.sqrt(np.mean((points.pixels - true) ** 2)) < 0.05
 
 
+@pytest.mark.parametrize("mark", ["disc", "cross"])
+def test_marks_on_a_board_as_white_as_its_pegs_are_named(mark: Literal["cross", "disc"]) -> None:
+    camera = table_3_3_rig().left
+    place = Placement(np.eye(3), np.array([0.0, 5.0, 0.0]))
+    look = BoardLook(mark=mark, mark_mm=11, board=237, side=190, samples=3)
+    found = find_targets(draw_board(camera, FIELD, place, np.random.default_rng(3), look))
+    points = identify(found, FIELD, Sensor.of_cart((568, 416))).points
+    true = camera.project(place(FIELD.take(points.ids)))
+    assert len(points) >= 10
+    assert np.sqrt(np.mean((points.pixels - true) ** 2)) < 0.06
+
+
+def test_an_unknown_aspect_is_estimated_from_pictures(boards: Boards) -> None:
+    square = FromImagesParameters(pixel_size_mm=(0.01, 0.01))
+    with pytest.raises(IdentificationError, match="aspect"):
+        calibrate_from_images([boards["C"][0]], FIELD, square)
+    estimated = replace(square, solve=SolveParameters(estimate_aspect=True))
+    rig = calibrate_from_images([boards["C"][0]], FIELD, estimated).calibration.rig
+    for camera in (rig.left, rig.right):
+        assert camera.pixel_size_mm[1] / camera.pixel_size_mm[0] == pytest.approx(0.845, abs=0.004)
+
+
 def test_bad_pictures_and_fields_are_named(boards: Boards) -> None:
     left, right = boards["C"][0]
     with pytest.raises(SidesSwappedError):
@@ -85,6 +111,42 @@ def test_bad_pictures_and_fields_are_named(boards: Boards) -> None:
     wrong = ControlField("wrong", FIELD.ids, np.column_stack([FIELD.points_mm[:, :2], heights]))
     with pytest.raises(IdentificationError, match="wrong"):
         calibrate_from_images([(left, right)], wrong)
+
+
+@pytest.mark.parametrize(
+    ("axes", "error", "words"),
+    [
+        ((-1, 1, 1), MirroredFieldError, "only mirrored"),
+        ((1, 1, -1), MirroredFieldError, "sign of every Z"),
+        ((1, -1, -1), BoardOrientationError, "upside down"),
+    ],
+)
+def test_a_field_with_other_axes_is_told_from_a_wrong_one(
+    boards: Boards, axes: tuple[int, int, int], error: type[CalibrationError], words: str
+) -> None:
+    turned = ControlField("turned", FIELD.ids, FIELD.points_mm * axes)
+    with pytest.raises(error, match=words):
+        calibrate_from_images([boards["C"][0]], turned)
+
+
+def test_pictures_that_were_flipped_are_named(boards: Boards) -> None:
+    left, right = boards["C"][0]
+    with pytest.raises(MirroredFieldError, match="do not flip the picture"):
+        calibrate_from_images([(np.fliplr(left), np.fliplr(right))], FIELD)
+
+
+def test_a_large_field_is_searched_too_and_one_too_large_refused(boards: Boards) -> None:
+    rng = np.random.default_rng(2)
+
+    def field(extra: int) -> ControlField:
+        beyond = rng.uniform((800, -2000, 0), (5000, 2000, 100), (extra, 3))
+        ids = (*FIELD.ids, *(f"x{i}" for i in range(extra)))
+        return ControlField("large", ids, np.concatenate([FIELD.points_mm, beyond]))
+
+    found = identify(find_targets(boards["C"][0][0]), field(270), Sensor.of_cart((568, 416)))
+    assert set(found.points.ids) <= set(FIELD.ids)
+    with pytest.raises(ControlFieldError, match="at most 500"):
+        calibrate_from_images([boards["C"][0]], field(471))
 
 
 def test_fields_refuse_doubles_and_not_a_number() -> None:

@@ -1,10 +1,11 @@
 import json
 from pathlib import Path
 
+import pytest
 from typer.testing import CliRunner
 
 from commands.main import cli
-from spinewatch.errors import SpinewatchError
+from spinewatch.errors import ImageError, SameImageError, SpinewatchError
 from spinewatch.formats.rig_json import parse_rig
 
 C1 = Path(__file__).parents[2] / "samples/calibration/C1"
@@ -31,9 +32,60 @@ def test_pictures_become_a_rig_file_and_a_report(tmp_path: Path) -> None:
     html = report.read_text()
     assert "http" not in html
     assert "<script" not in html
+    assert "Strong correlations" in html
+    assert "depth of field" in html
 
 
 def test_a_field_that_is_not_there_is_named(tmp_path: Path) -> None:
     ran = CliRunner().invoke(cli, ["calibrate", *pictures("C"), "--control-field", str(tmp_path / "no.csv")])
     assert isinstance(ran.exception, SpinewatchError)
-    assert "built in: pegboard-1995" in str(ran.exception)
+    assert "choose from pegboard-1995" in str(ran.exception)
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        (["--free", "f,zoom"], "zoom"),
+        (["--fix", "x0=much"], "NAME=NUMBER"),
+        (["--fix", "y9=0"], "y9"),
+        (["--pixel-size", "0.01"], "--pixel-size"),
+        (["--verify", "1"], "--verify"),
+    ],
+)
+def test_an_option_that_means_nothing_is_named(options: list[str], word: str) -> None:
+    ran = CliRunner().invoke(cli, ["calibrate", *pictures("C"), "--control-field", "pegboard-1995", *options])
+    assert isinstance(ran.exception, SpinewatchError)
+    assert word in str(ran.exception)
+
+
+def test_a_shot_cannot_verify_itself() -> None:
+    ran = CliRunner().invoke(
+        cli, ["calibrate", *pictures("C", "C"), "--control-field", "pegboard-1995", "--verify", "1"]
+    )
+    assert isinstance(ran.exception, SameImageError)
+
+
+def test_a_file_that_is_no_picture_is_named(tmp_path: Path) -> None:
+    left, right = pictures("C")
+    broken = tmp_path / "left.png"
+    broken.write_bytes(Path(left).read_bytes()[:20_000])
+    ran = CliRunner().invoke(cli, ["calibrate", str(broken), right, "--control-field", "pegboard-1995"])
+    assert isinstance(ran.exception, ImageError)
+    assert "left picture of shot" in str(ran.exception)
+
+
+def test_any_number_of_cameras_from_coordinates(tmp_path: Path) -> None:
+    out, report = tmp_path / "cameras.json", tmp_path / "report.html"
+    files = [str(C1.parent / f"openptv/cam{k}.csv") for k in (3, 4, 1)]
+    sensor = ["--image-size", "1280x1024", "--pixel-size", "0.012,0.012"]
+    written = ["--out", str(out), "--report", str(report)]
+    for given in (files, files[:1]):
+        ran = CliRunner().invoke(cli, ["calibrate", *given, *sensor, *written])
+        assert ran.exit_code == 0, ran.output
+        document = json.loads(ran.stdout)
+        cameras = json.loads(out.read_text())["cameras"]
+        assert [c["name"] for c in cameras] == [Path(f).stem for f in given]
+        assert len(document["pairs"]) == len(given) * (len(given) - 1) / 2
+        assert "cam3" in report.read_text()
+    ran = CliRunner().invoke(cli, ["calibrate", *files, *sensor, "--verify", "1"])
+    assert "--verify needs a stereo pair" in str(ran.exception)

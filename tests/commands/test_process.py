@@ -87,7 +87,7 @@ def test_document_has_the_promised_shape(run: Run) -> None:
     status, out, _ = run(*arguments_of_sample())
     assert status == 0
     document = json.loads(out)
-    assert set(document) == {"features", "fields", "exposure", "triads", "flags", "timings_ms"}
+    assert set(document) == {"features", "fields", "exposure", "triads", "flags", "rig_check", "timings_ms"}
     assert {"x", "y", "score", "sd_px"} == set(document["features"]["left"][0])
     assert all(ms >= 0 for ms in document["timings_ms"].values())
     steps = [ms for step, ms in document["timings_ms"].items() if step != "total"]

@@ -2,9 +2,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from spinewatch.calibration.disparity import disparity_grid
 from spinewatch.camera import Camera, Float, Rig
 from spinewatch.correspondence.candidates import (
     CandidateParameters,
@@ -120,3 +121,18 @@ def test_parallel_cameras_need_a_range() -> None:
         range_limits_mm(parallel, PARAMETERS)
     left, right = range_limits_mm(parallel, replace(PARAMETERS, range_mm=(500, 900)))
     assert left.tolist() == right.tolist() == [500, 900]
+
+
+@given(seeds)
+@settings(max_examples=20, deadline=None)
+def test_the_range_limits_imply_the_bound_of_the_disparity_grid(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    rig = random_rig(rng)
+    left, right = (rays(c, rng.uniform((0, 0), (567, 415), (60, 2))) for c in (rig.left, rig.right))
+    heights = close_far_points(left, range_limits_mm(rig, PARAMETERS)[0])[..., 2]
+    _, bound = disparity_grid(rig, (heights.min(), heights.max()), planes=15, cells=(15, 15)).bounds_px(2.0)
+    pairs = candidate_pairs(left, right, rig, PARAMETERS)
+    bounded = candidate_pairs(left, right, rig, replace(PARAMETERS, y_disparity_px=bound))
+    assert np.array_equal(pairs.left, bounded.left)
+    assert np.array_equal(pairs.right, bounded.right)
+    assert bound[1] - bound[0] < 416 / 2  # though the bound is no empty one

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from spinewatch.correspondence.rig_check import RigCheck
 from spinewatch.detection.detector import Detection
 from spinewatch.detection.preprocess import Exposure
 from spinewatch.detection.surgical_field import SurgicalField
@@ -47,6 +48,22 @@ def test_document_is_json_and_complete() -> None:
     first, second = document["triads"]
     assert (first["label"], first["label_reason"]) == ("L1", None)
     assert (second["label"], second["label_reason"]) == (None, "no gap decides")
+
+
+def test_what_the_balls_say_about_the_rig_is_told() -> None:
+    assert stage_document(measurement())["rig_check"] is None
+    turn, sd = np.array([0.02, 0, 0]), np.array([0.04, 0.1, 0.03])
+    check = RigCheck(12, 0.25, 20.0, 4, 0.0005, True, turn, sd, turn * 10, sd * 10)
+    assert stage_document(replace(measurement(), rig_check=check))["rig_check"] == {
+        "balls": 12,
+        "rms_px": 0.25,
+        "chance": 0.0005,
+        "drifted": True,
+        "turn_deg": turn.tolist(),
+        "turn_sd_deg": sd.tolist(),
+        "shift_mm": (turn * 10).tolist(),
+        "shift_sd_mm": (sd * 10).tolist(),
+    }
 
 
 def test_triad_carries_pose_and_uncertainty() -> None:

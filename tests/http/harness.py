@@ -21,6 +21,7 @@ import httpx
 from migrations.history import upgrade
 
 SAMPLE = Path(__file__).parents[2] / "samples" / "D1"
+BOARDS = Path(__file__).parents[2] / "samples" / "calibration" / "C1"
 RIG = json.loads((SAMPLE / "rig.json").read_text())
 VERTEBRAE = ["L1", "T11", "T9", "T7"]
 FINAL = {"succeeded", "failed", "cancelled"}
@@ -31,6 +32,10 @@ Pair = tuple[bytes, bytes]
 
 def pair(stage: str) -> Pair:
     return tuple((SAMPLE / stage / f"{side}.png").read_bytes() for side in ("left", "right"))  # type: ignore[return-value]
+
+
+def board(trial: str) -> Pair:
+    return tuple((BOARDS / trial / f"{side}.png").read_bytes() for side in ("left", "right"))  # type: ignore[return-value]
 
 
 def wait_for(condition: Callable[[], Any], what: str, every_s: float = 0.02) -> Any:
@@ -144,6 +149,23 @@ class Service:
         answer = self.send(surgery, name, images, calibration)
         assert answer.status_code == 202, answer.text
         return answer.headers["Location"].removeprefix("/v1/jobs/")
+
+    def shoot(self, *shots: Pair, field: str | bytes = "pegboard-1995", **fields: str) -> httpx.Response:
+        """Send shots of a control field, a built-in one, CSV text, or a CSV file."""
+        parts: list[tuple[str, Any]] = [("left", ("left", left)) for left, _ in shots]
+        parts += [("right", ("right", right)) for _, right in shots]
+        data = {"name": "cart 1", **fields}
+        if isinstance(field, bytes):
+            parts.append(("control_field", ("board.csv", field)))
+        else:
+            data["control_field"] = field
+        return self.client.post("/v1/calibrations/from-images", data=data, files=parts)
+
+    def calibrated(self, *shots: Pair, **fields: Any) -> dict[str, Any]:
+        """Return the job of shots that were sent, once it has ended."""
+        answer = self.shoot(*shots, **fields)
+        assert answer.status_code == 202, answer.text
+        return self.finished(answer.headers["Location"].removeprefix("/v1/jobs/"))
 
     def job(self, job_id: str) -> dict[str, Any]:
         answer = self.client.get(f"/v1/jobs/{job_id}")

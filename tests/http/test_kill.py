@@ -5,11 +5,11 @@ import signal
 import sqlite3
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 
-from tests.http.harness import Service, pair, wait_for
+from tests.http.harness import Service, board, pair, wait_for
 
 Process = subprocess.Popen[bytes]
 
@@ -25,13 +25,13 @@ def no_worker_stays(service: Service) -> Iterator[None]:
     service.kill_workers()
 
 
-def stop_mid_job(service: Service, worker: Process, surgery: str, calibration: str) -> str:
-    """Submit stages until the worker is stopped (SIGSTOP) with a job in hand; return that job's id.
+def stop_mid_job(service: Service, worker: Process, submit: Callable[[int], str]) -> str:
+    """Submit jobs until the worker is stopped (SIGSTOP) with one in hand; return that job's id.
 
     A worker that happens to be stopped while it writes would keep everybody from the record; it goes on then.
     """
     for number in range(50):
-        job = service.submit(surgery, f"S{number}", pair("PRE"), calibration)
+        job = submit(number)
         service.started(job)
         os.kill(worker.pid, signal.SIGSTOP)
         if service.write_lock_is_free() and service.job(job)["state"] == "running":
@@ -39,6 +39,29 @@ def stop_mid_job(service: Service, worker: Process, surgery: str, calibration: s
         os.kill(worker.pid, signal.SIGCONT)
         service.finished(job)
     raise AssertionError("no job was caught running")
+
+
+def stages(service: Service, surgery: str, calibration: str) -> Callable[[int], str]:
+    return lambda number: service.submit(surgery, f"S{number}", pair("PRE"), calibration)
+
+
+def shots(service: Service) -> Callable[[int], str]:
+    return lambda _: str(service.shoot(board("C"), board("A"), verify="1").json()["id"])
+
+
+def assert_calibrated_once(service: Service, job: str) -> None:
+    (request,) = service.sql("SELECT calibration_request_id FROM jobs WHERE id = ?", job)
+    for table, key in (("calibrations", "id"), ("calibration_reports", "calibration_id")):
+        assert service.sql(f"SELECT count(*) FROM {table} WHERE {key} = ?", *request) == [(1,)]  # noqa: S608
+    happened = service.sql(
+        "SELECT action FROM changes WHERE subject_id IN (?, ?) ORDER BY seq", job, request[0]
+    )
+    assert [action for (action,) in happened] == [
+        "http:calibration:submitted",
+        "worker:job:started",
+        "worker:job:started",
+        "worker:calibration:solved",
+    ]
 
 
 def assert_measured_once(service: Service, job: str) -> None:
@@ -63,7 +86,7 @@ def test_a_killed_worker_s_job_is_done_by_another_once(
     service: Service, surgery: str, calibration: str
 ) -> None:
     victim = service.start("worker")
-    job = stop_mid_job(service, victim, surgery, calibration)
+    job = stop_mid_job(service, victim, stages(service, surgery, calibration))
     other = service.start("worker")
     wait_for(lambda: service.logged("worker_ready", f"pid={other.pid}"), "the other worker")
     victim.kill()
@@ -76,7 +99,7 @@ def test_a_killed_worker_s_job_is_done_by_another_once(
 
 def test_a_revived_worker_changes_nothing(service: Service, surgery: str, calibration: str) -> None:
     sleeper = service.start("worker", SPINEWATCH_LEASE_SECONDS="1")
-    job = stop_mid_job(service, sleeper, surgery, calibration)
+    job = stop_mid_job(service, sleeper, stages(service, surgery, calibration))
     other = service.start("worker")
     done = service.finished(job)
     assert (done["state"], done["attempts"]) == ("succeeded", 2)
@@ -91,11 +114,33 @@ def test_a_revived_worker_changes_nothing(service: Service, surgery: str, calibr
     assert service.finished(again)["state"] == "succeeded"  # the revived worker works on
 
 
+def test_a_killed_worker_s_calibration_is_made_by_another_once(service: Service) -> None:
+    victim = service.start("worker", SPINEWATCH_LEASE_SECONDS="1")
+    job = stop_mid_job(service, victim, shots(service))
+    assert service.job(job)["calibration_id"] is None
+    service.start("worker")
+    victim.kill()
+    done = service.finished(job)
+    assert (done["state"], done["attempts"]) == ("succeeded", 2)
+    assert_calibrated_once(service, job)
+
+
+def test_a_revived_worker_makes_no_second_calibration(service: Service) -> None:
+    sleeper = service.start("worker", SPINEWATCH_LEASE_SECONDS="1")
+    job = stop_mid_job(service, sleeper, shots(service))
+    service.start("worker")
+    done = service.finished(job)
+    os.kill(sleeper.pid, signal.SIGCONT)
+    wait_for(lambda: service.logged("lease_lost", job), "the revived worker to notice")
+    assert service.job(job) == done
+    assert_calibrated_once(service, job)
+
+
 def test_a_cancelled_job_that_was_running_leaves_no_result(
     service: Service, surgery: str, calibration: str
 ) -> None:
     worker = service.start("worker")
-    job = stop_mid_job(service, worker, surgery, calibration)
+    job = stop_mid_job(service, worker, stages(service, surgery, calibration))
     service.client.post(f"/v1/jobs/{job}/cancel")
     os.kill(worker.pid, signal.SIGCONT)
     wait_for(lambda: service.logged("lease_lost", job), "the worker to notice")

@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from tests.http.harness import RIG, Service, code_of, pair, problem_of
+from store.revision import REVISION
+from tests.http.harness import RIG, Service, code_of, pair, problem_of, wait_for
 
 SURGERY = {
     "reference": "2026-0417",
@@ -135,18 +136,32 @@ def test_an_unknown_path(service: Service, path: str) -> None:
 @pytest.mark.parametrize(
     ("method", "path", "allow"),
     [
-        ("DELETE", "/v1/surgeries", "GET, POST"),
-        ("PUT", "/v1/calibrations", "GET, POST"),
-        ("PATCH", "/v1/surgeries/x", "GET"),
-        ("DELETE", "/v1/surgeries/x/stages", "GET, POST"),
-        ("POST", "/v1/jobs/x", "GET"),
+        ("DELETE", "/v1/surgeries", "GET, HEAD, POST"),
+        ("PUT", "/v1/calibrations", "GET, HEAD, POST"),
+        ("PATCH", "/v1/surgeries/x", "GET, HEAD"),
+        ("DELETE", "/v1/surgeries/x/stages", "GET, HEAD, POST"),
+        ("POST", "/v1/jobs/x", "GET, HEAD"),
         ("GET", "/v1/jobs/x/cancel", "POST"),
+        ("HEAD", "/v1/jobs/x/cancel", "POST"),
     ],
 )
 def test_a_wrong_method_is_told_the_right_ones(service: Service, method: str, path: str, allow: str) -> None:
     answer = service.client.request(method, path)
-    assert code_of(answer, 405) == "method-not-allowed"
+    if method == "HEAD":
+        assert (answer.status_code, answer.content) == (405, b"")
+    else:
+        assert code_of(answer, 405) == "method-not-allowed"
     assert answer.headers["allow"] == allow
+
+
+@pytest.mark.parametrize("path", ["/v1/health", "/v1/surgeries", "/v1/jobs/none", "/openapi.json", "/docs"])
+def test_head_is_get_without_its_body(service: Service, path: str) -> None:
+    got, head = service.client.get(path), service.client.head(path)
+    assert head.status_code == got.status_code
+    assert head.content == b""
+    assert head.headers["content-type"] == got.headers["content-type"]
+    assert head.headers["content-length"] == str(len(got.content))
+    wait_for(lambda: service.logged("HEAD", path), "the line of the log")
 
 
 @pytest.mark.parametrize(
@@ -252,7 +267,7 @@ def test_a_record_of_another_version_is_a_problem(small: Service) -> None:
     try:
         assert code_of(small.client.get("/v1/health"), 503) == "record-not-ready"
     finally:
-        change(small, "UPDATE alembic_version SET version_num = '0001'")
+        change(small, "UPDATE alembic_version SET version_num = ?", REVISION)
     assert small.ready()
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from store.revision import REVISION
 from tests.http.harness import free_port, wait_for
 
 COMMAND = [sys.executable, "-m", "commands"]
@@ -125,7 +126,7 @@ def test_db_upgrade_makes_the_database_and_may_be_repeated(tmp_path: Path) -> No
         done = subprocess.run(
             [*COMMAND, "db", "upgrade"], env=environment(tmp_path), capture_output=True, text=True, check=True
         )
-        assert "revision 0001" in done.stdout
+        assert f"revision {REVISION}" in done.stdout
     assert (tmp_path / "new" / "record.sqlite").exists()
 
 

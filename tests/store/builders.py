@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from spinewatch.formats.image_header import ImageHeader
-from spinewatch.formats.rig_json import rig_from_dict
-from store import calibrations, stages, surgeries
+from spinewatch.formats.rig_json import rig_from_dict, rig_to_dict
+from store import calibration_requests, calibrations, stages, surgeries
+from store.calibration_requests import NewRequest, NewShot
 from store.images import NewImage
 from store.record import Record
 from store.stages import NewStage
@@ -45,15 +46,41 @@ def new_stage(
     name: str = "PRE",
     pair: tuple[bytes, bytes] = (b"left", b"right"),
     now: datetime = NOON,
+    calibration: str | None = None,
+    captured_at: datetime | None = None,
 ) -> Stage:
     with record.writing() as session:
         return stages.submit(
             session,
             surgeries.get(session, surgery),
-            calibrations.add(session, RIG, now),
-            NewStage(name, picture(pair[0]), picture(pair[1]), None),
+            calibrations.get(session, calibration) if calibration else calibrations.add(session, RIG, now),
+            NewStage(name, picture(pair[0]), picture(pair[1]), captured_at),
             now,
         )
+
+
+def new_request(
+    record: Record, shots: int = 2, now: datetime = NOON, captured_at: datetime | None = None
+) -> str:
+    """Add a request to calibrate whose last shot only verifies; return its identifier."""
+    new = NewRequest(
+        name="cart 1",
+        control_field="pegboard-1995",
+        control_points=None,
+        options={"pixel_size_mm": None, "free": None, "fixed": {}, "estimate_aspect": False},
+        shots=[
+            NewShot(picture(b"left %d" % n), picture(b"right %d" % n), used=n < shots - 1)
+            for n in range(shots)
+        ],
+        captured_at=captured_at,
+    )
+    with record.writing() as session:
+        return calibration_requests.submit(session, new, now).id
+
+
+def solved() -> dict[str, Any]:
+    """Return a calibration document as the workers write it, in short."""
+    return {"rig": rig_to_dict(RIG), "shots": [], "flags": [], "version": "0.1.0"}
 
 
 def result(labels: tuple[str | None, ...] = ("L1", "T11")) -> dict[str, Any]:
@@ -80,6 +107,7 @@ def result(labels: tuple[str | None, ...] = ("L1", "T11")) -> dict[str, Any]:
         "exposure": {"left": "normal", "right": "normal"},
         "triads": [{"label": label, **triad} for label in labels],
         "flags": [{"code": "a-flag", "detail": "A doubt."}],
+        "rig_check": None,
         "parameters": {"ball_diameter_mm": 8.0},
         "version": "0.1.0",
     }

@@ -1,8 +1,10 @@
 from pathlib import Path
+from typing import Any
 
 import pytest
 from alembic import command
 from sqlalchemy import inspect, text
+from sqlalchemy.exc import IntegrityError
 
 from migrations.history import config, head, upgrade
 from store.errors import RecordNotReadyError
@@ -30,6 +32,57 @@ def test_the_way_back_leaves_no_table(record: Record) -> None:
     with record.writing() as session:
         command.downgrade(config(session.connection()), "base")
     assert inspect(record.engine).get_table_names() == ["alembic_version"]
+
+
+def test_what_was_recorded_before_calibrations_came_from_pictures_is_kept(tmp_path: Path) -> None:
+    record = Record(f"sqlite:///{tmp_path / 'old.sqlite'}")
+    with record.writing() as session:
+        command.upgrade(config(session.connection()), "0001")
+        for statement in OLD:
+            session.execute(text(statement))
+    before = contents(record)
+    upgrade(record.url)
+    after = contents(record)
+    assert [
+        {key: row[key] for key in old} for old, row in zip(before["jobs"], after["jobs"], strict=True)
+    ] == (before["jobs"])
+    assert after["jobs"][0]["calibration_request_id"] is None
+    assert after["calibrations"] == [{**before["calibrations"][0], "calibrated_at": None}]
+    assert after["measurements"] == [{**before["measurements"][0], "rig_check": None}]
+    for broken in (
+        "UPDATE jobs SET progress = 2",
+        "UPDATE jobs SET state = 'lost'",
+        "UPDATE jobs SET stage_id = NULL",
+        "UPDATE jobs SET stage_id = 'none'",
+        "INSERT INTO jobs SELECT 'k', stage_id, state, progress, step, error, attempts, lease_owner, lease_until,"
+        " rung_at, created_at, started_at, finished_at, calibration_request_id FROM jobs",
+    ):
+        with pytest.raises(IntegrityError), record.writing() as session:
+            session.execute(text(broken))
+    assert "ix_jobs_state_rung_at" in {index["name"] for index in inspect(record.engine).get_indexes("jobs")}
+    with record.writing() as session:
+        command.downgrade(config(session.connection()), "0001")
+    assert contents(record) == before
+    record.close()
+
+
+OLD = (
+    """INSERT INTO calibrations VALUES ('c', 'cart', '{"name": "cart"}', '2026-11-21 12:00:00')""",
+    """INSERT INTO images VALUES ('a', x'01', 'image/png', 1, 1, 1, '2026-11-21 12:00:00')""",
+    """INSERT INTO surgeries VALUES ('s', 'case', '["L1"]', 'L1', 'x', '2026-11-21 12:00:00')""",
+    """INSERT INTO stages VALUES ('t', 's', 'PRE', 1, 'c', 'a', 'a', NULL, '2026-11-21 12:00:00')""",
+    """INSERT INTO jobs VALUES ('j', 't', 'failed', 0.25, 'match', '{"code": "x", "detail": "y"}', 2, NULL, NULL,
+       '2026-11-21 12:00:01', '2026-11-21 12:00:00', '2026-11-21 12:00:02', '2026-11-21 12:00:03')""",
+    """INSERT INTO measurements VALUES ('t', '[]', '{}', '{}', '{}', '0.1.0', '2026-11-21 12:00:03')""",
+)
+
+
+def contents(record: Record) -> dict[str, list[dict[str, Any]]]:
+    with record.reading() as session:
+        return {
+            table: [dict(row) for row in session.execute(text(f"SELECT * FROM {table}")).mappings()]  # noqa: S608
+            for table in ("calibrations", "images", "surgeries", "stages", "jobs", "measurements")
+        }
 
 
 def test_a_database_of_another_version_is_left_alone(record: Record) -> None:

@@ -16,6 +16,7 @@ th:first-child,td:first-child{text-align:left}tr.fresh td{background:#eef6ee}.no
 svg{background:#f6f8fa;border:1px solid #d8dde3;margin:0 1rem 1rem 0}.pair{display:flex;flex-wrap:wrap}
 @media print{body{margin:0}}
 """
+_PARAMETERS = ("X0", "Y0", "Z0", "omega", "phi", "kappa", "f", "x0", "y0", "K1", "K2", "P1", "P2", "aspect")
 _WIDTH = 420
 _ENLARGED = 400
 
@@ -35,16 +36,51 @@ def calibration_report(document: Document) -> str:
         "<h2>Relative orientation</h2>",
         _geometry(document["geometry"]),
         "<h2>Cameras</h2>",
-        _cameras(document),
+        _cameras({side: document["rig"][side] for side in ("left", "right")}, document["cameras"]),
+        "<h2>Strong correlations</h2>",
+        _correlations(document),
         "<h2>Angles and distances on the board</h2>",
         _angles(document),
         "<h2>Where the points are, and their image residuals</h2>",
         _pictures(document),
     ]
+    return _page(title, parts)
+
+
+def cameras_report(document: Document) -> str:
+    """Return the report of a document of cameras, any number of them, as HTML."""
+    title = f"Calibration of {len(document['cameras'])} camera(s)"
+    cameras = {c["name"]: c for c in document["cameras"]}
+    parts = [
+        f"<h1>{escape(title)}</h1>",
+        f"<p>{escape(document['calibrated_at'])}</p>",
+        _flags(document),
+        "<h2>Cameras</h2>",
+        _cameras(cameras, document["quality"]),
+        "<h2>Reconstruction of control points by every two cameras</h2>",
+        _reconstructions(document),
+        '<p class="note">Standard deviations of residuals, which took part in the adjustment and look some 1.5 times'
+        " too good. The rigid motion of the board is removed from every shot but the first.</p>",
+    ]
+    return _page(title, parts)
+
+
+def _page(title: str, parts: Sequence[str]) -> str:
     return (
         f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape(title)}</title>'
         f"<style>{_STYLE}</style><body>{''.join(parts)}</body></html>\n"
     )
+
+
+def _reconstructions(document: Document) -> str:
+    rows = [
+        [escape(" and ".join(pair["cameras"])), escape(s["name"]), str(s["reconstructed"])]
+        + [_number(v, 3) for v in s["sd_mm"]]
+        for pair in document["pairs"]
+        for s in pair["shots"]
+    ]
+    head = ["cameras", "shot", "points", "X mm", "Y mm", "Z mm"]
+    return _table(head, rows) if rows else "<p>No two cameras see the same points.</p>"
 
 
 def _flags(document: Document) -> str:
@@ -84,25 +120,21 @@ def _geometry(g: Document) -> str:
     return "<table>" + "".join(f"<tr><td>{a}</td><td>{b}</td></tr>" for a, b in rows) + "</table>"
 
 
-def _cameras(document: Document) -> str:
-    left, right = (_parameters(document, side) for side in ("left", "right"))
+def _cameras(cameras: Document, quality: Document) -> str:
+    """Return the parameters of cameras by name, each with its standard deviation."""
+    columns = {name: _parameters(camera, quality[name]["sd"]) for name, camera in cameras.items()}
     rows = [
-        [name, f"{left[name][0]:.6g}", left[name][1], f"{right[name][0]:.6g}", right[name][1]]
-        for name in left
+        [key] + [cell for column in columns.values() for cell in (f"{column[key][0]:.6g}", column[key][1])]
+        for key in _PARAMETERS
     ]
-    for key in ("image_rms_px", "points"):
-        cells = [
-            _number(document["cameras"][side][key], 3 if key == "image_rms_px" else 0)
-            for side in ("left", "right")
-        ]
-        rows.append([key.replace("_", " "), cells[0], "", cells[1], ""])
-    return _table(["", "left", "&plusmn;", "right", "&plusmn;"], rows)
+    for key, digits in (("image_rms_px", 3), ("points", 0)):
+        cells = [cell for name in columns for cell in (_number(quality[name][key], digits), "")]
+        rows.append([key.replace("_", " "), *cells])
+    return _table(["", *(cell for name in columns for cell in (escape(name), "&plusmn;"))], rows)
 
 
-def _parameters(document: Document, side: str) -> dict[str, tuple[float, str]]:
-    camera, sd = document["rig"][side], document["cameras"][side]["sd"]
+def _parameters(camera: Document, sd: Document) -> dict[str, tuple[float, str]]:
     px, py = camera["pixel_size_mm"]
-    names = ("X0", "Y0", "Z0", "omega", "phi", "kappa", "f", "x0", "y0", "K1", "K2", "P1", "P2", "aspect")
     values = [
         *camera["position_mm"],
         *camera["rotation_deg"],
@@ -112,10 +144,16 @@ def _parameters(document: Document, side: str) -> dict[str, tuple[float, str]]:
         *camera["decentering"],
         py / px,
     ]
-    spoken = {
-        n: (f"{sd[n]:.2g}" if sd.get(n) is not None else "fixed" if n not in sd else "?") for n in names
-    }
-    return {n: (v, spoken[n]) for n, v in zip(names, values, strict=True)}
+    spoken = [
+        f"{sd[n]:.2g}" if sd.get(n) is not None else "fixed" if n not in sd else "?" for n in _PARAMETERS
+    ]
+    return dict(zip(_PARAMETERS, zip(values, spoken, strict=True), strict=True))
+
+
+def _correlations(document: Document) -> str:
+    found = sorted(document["correlations_above_0.9"], key=lambda c: -abs(c["correlation"]))
+    rows = [[escape(" and ".join(c["between"])), f"{c['correlation']:+.3f}"] for c in found]
+    return _table(["parameters", "correlation"], rows) if rows else "<p>None above 0.9.</p>"
 
 
 def _angles(document: Document) -> str:
