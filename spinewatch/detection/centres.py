@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from spinewatch.camera import Camera
 from spinewatch.detection.ball_net import BallNet, Sightings, default_ball_nets, look, net_for
 from spinewatch.detection.patches import cut_patches
-from spinewatch.detection.preprocess import log_tone, to_gray
+from spinewatch.detection.preprocess import to_gray
 from spinewatch.features import Features
 
 Float = NDArray[np.float64]
@@ -75,7 +75,9 @@ def refine_centres(
     p, features = parameters, view.features
     if not len(features):
         return features
-    tone = log_tone(to_gray(view.image), p.log_offset, 0.0)
+    tone = to_gray(view.image)
+    tone += np.float32(p.log_offset)
+    np.log(tone, out=tone)  # in place, since pictures may be large
     net = net_for(nets or default_ball_nets(), view.ball_px[0])
 
     def look_at(places: Float, ball: Float, lamp: Float, known: bool) -> tuple[Sightings, Float]:
