@@ -10,6 +10,7 @@ import numpy as np
 
 from spinewatch.calibration.calibrate import Calibration
 from spinewatch.calibration.collinearity import NAMES, camera_from_vector, camera_vector
+from spinewatch.calibration.errors import ConvergenceError
 from spinewatch.calibration.placement import Placement, absolute_orientation, turn
 from spinewatch.calibration.points import Shot
 from spinewatch.camera import Camera, Float, Rig
@@ -56,12 +57,20 @@ class SizeError:
 
 
 def reconstruct(rig: Rig, left_px: Float, right_px: Float) -> Float:
-    """Return the object points (n, 3) of n pairs of image points (eq. 5.15)."""
+    """Return the object points (n, 3) of n pairs of image points (eq. 5.15).
+
+    Raises ``ConvergenceError`` when the rays determine none.
+    """
     rays = [
         feature_rays(camera, Features.with_sigma(pixels, np.ones(len(pixels)), 1.0))
         for camera, pixels in ((rig.left, left_px), (rig.right, right_px))
     ]
-    return intersect(rays).position_mm
+    try:
+        return intersect(rays).position_mm
+    except np.linalg.LinAlgError as error:
+        raise ConvergenceError(
+            "the rays of left and right points do not meet; check the coordinates, which are in mm and px"
+        ) from error
 
 
 def common_points(shot: Shot) -> tuple[tuple[str, ...], Float, Float, Float]:

@@ -17,6 +17,7 @@ from spinewatch.calibration.collinearity import (
 )
 from spinewatch.calibration.conditioning import conditioned, unconditioned
 from spinewatch.calibration.dlt import angles_of
+from spinewatch.calibration.errors import ConvergenceError
 from spinewatch.calibration.placement import Placement, cross_matrices, turn
 from spinewatch.calibration.points import ImagePoints
 from spinewatch.camera import Camera, Float
@@ -25,6 +26,10 @@ _TOLERANCE = 1e-12
 _MAX_EVALUATIONS = 200
 _SINGULAR = 1e-12
 _F = NAMES.index("f")
+_OUT_OF_SIGHT = (
+    "the adjustment comes to cameras that do not see the points; check that the control field is the one in the"
+    " pictures, and that every point is named right"
+)
 
 View = tuple[int, int]
 """Index of a camera and of a placement."""
@@ -116,25 +121,30 @@ def adjust(
     With ``robust_px``, weighted residuals beyond it lose weight (Cauchy's loss). Iteration ends when the sum
     changes by less than the fraction ``tolerance``, or after so many ``evaluations``. The Jacobian is analytic.
 
-    Raises ``ValueError`` when a camera does not see all its points at the start.
+    Raises ``ConvergenceError`` when a camera does not see all its points at the start or at the end.
     """
+    if not block.observations:
+        raise ConvergenceError(_OUT_OF_SIGHT)
     equations = _Equations(block)
-    solution = least_squares(
-        equations.residuals,
-        equations.start,
-        equations.jacobian,
-        method="lm" if robust_px is None and block.redundancy >= 0 else "dogbox",
-        x_scale="jac",
-        loss="linear" if robust_px is None else "cauchy",
-        f_scale=robust_px or 1.0,
-        xtol=tolerance,
-        ftol=tolerance,
-        gtol=_TOLERANCE,
-        max_nfev=evaluations,
-    )
+    try:
+        solution = least_squares(
+            equations.residuals,
+            equations.start,
+            equations.jacobian,
+            method="lm" if robust_px is None and block.redundancy >= 0 else "dogbox",
+            x_scale="jac",
+            loss="linear" if robust_px is None else "cauchy",
+            f_scale=robust_px or 1.0,
+            xtol=tolerance,
+            ftol=tolerance,
+            gtol=_TOLERANCE,
+            max_nfev=evaluations,
+        )
+    except (ValueError, np.linalg.LinAlgError) as error:
+        raise ConvergenceError(_OUT_OF_SIGHT) from error
     x = np.asarray(solution.x)
     if not np.all(np.isfinite(solution.fun)):
-        raise ValueError("the adjustment left the region in which the cameras see the points")
+        raise ConvergenceError(_OUT_OF_SIGHT)
     adjusted = _with_common_angles(equations.block_at(x))
     equations = _Equations(adjusted)
     weighted, J = equations.residuals(equations.start), equations.plain_jacobian(equations.start)
@@ -166,7 +176,7 @@ class _Equations:
     def __init__(self, block: Block) -> None:
         self.block = block
         self.index = [np.array([NAMES.index(name) for name in free], dtype=np.intp) for free in block.free]
-        images = [(placement, image) for (_, placement), image in block.images.items()]
+        images = [(placement, image) for (_, placement), image in block.images.items() if len(image)]
         self.centroid = np.mean([block.placements[s](i.control_mm).mean(axis=0) for s, i in images], axis=0)
         self.coordinates = [conditioned(camera_vector(camera), self.centroid) for camera in block.cameras]
         free = [y[i] for y, i in zip(self.coordinates, self.index, strict=True)]

@@ -12,7 +12,7 @@ from spinewatch.calibration.bundle import Adjustment, Block, View
 from spinewatch.calibration.collinearity import COUNT, NAMES, camera_from_vector, camera_vector
 from spinewatch.calibration.errors import BoardOrientationError, SidesSwappedError, TooFewPointsError
 from spinewatch.calibration.placement import Placement
-from spinewatch.calibration.points import ImagePoints, Sensor, Shot
+from spinewatch.calibration.points import ImagePoints, Sensor, Shot, refuse_contradictions
 from spinewatch.calibration.resection import Resection, SolveParameters, resect
 from spinewatch.camera import Camera, Float, Rig
 from spinewatch.errors import SameImageError
@@ -89,6 +89,9 @@ def calibrate(
     parameters = parameters or SolveParameters()
     _refuse_empty(shots)
     _refuse_same(shots)
+    refuse_contradictions(
+        (f"the {side} image of shot {shot.name}", getattr(shot, side)) for shot in shots for side in SIDES
+    )
     resections = [
         resect(_images(shots, side), sensor, parameters, f"the {side} camera")
         for side, sensor in zip(SIDES, sensors, strict=True)

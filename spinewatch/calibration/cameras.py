@@ -12,9 +12,9 @@ from spinewatch.calibration.accuracy import ShotAccuracy, shot_accuracy
 from spinewatch.calibration.blunders import adjust_without_blunders
 from spinewatch.calibration.bundle import Adjustment, Block, View
 from spinewatch.calibration.calibrate import FOR_EXTERIOR, RemovedPoint, calibration_flags
-from spinewatch.calibration.errors import PointsError, TooFewPointsError
+from spinewatch.calibration.errors import TooFewPointsError
 from spinewatch.calibration.placement import Placement
-from spinewatch.calibration.points import ImagePoints, Sensor, Shot
+from spinewatch.calibration.points import ImagePoints, Sensor, Shot, refuse_contradictions
 from spinewatch.calibration.resection import SolveParameters, resect
 from spinewatch.camera import Camera, Rig
 from spinewatch.flags import Flag
@@ -100,15 +100,7 @@ def _refuse_unseen(seen: Mapping[str, Images], shots: Sequence[str]) -> None:
                 f"camera {name} has {count} points of shot {shots[0]}; this shot defines object space, and every"
                 " camera must see at least 6 points of it"
             )
-    first: dict[str, tuple[str, tuple[float, ...]]] = {}
-    for name, images in seen.items():
-        for image in images.values():
-            for id_, xyz in zip(image.ids, image.control_mm.tolist(), strict=True):
-                other, known = first.setdefault(id_, (name, tuple(xyz)))
-                if known != tuple(xyz):
-                    raise PointsError(
-                        f"point {id_} has other object coordinates in {name} than in {other}; correct one of the two"
-                    )
+    refuse_contradictions((name, image) for name, images in seen.items() for image in images.values())
 
 
 def _pairs(

@@ -44,6 +44,8 @@ def disparity_grid(
 ) -> DisparityGrid:
     """Return the disparity grid of a rig between two heights in object space, ``cells`` (rows, columns) per image.
 
+    A height at which both cameras see nothing is left out.
+
     Raises ``ParameterError`` when no point between the heights is seen by both cameras.
     """
     width, height = rig.left.image_size_px
@@ -60,4 +62,5 @@ def disparity_grid(
     disparity = np.where(seen[..., None], right - left, np.nan)
     if not seen.any():
         raise ParameterError(f"no point between z = {z_mm[0]:g} and {z_mm[1]:g} mm is seen by both cameras")
-    return DisparityGrid(left, heights, disparity)
+    kept = seen.any(axis=(1, 2))
+    return DisparityGrid(left, heights[kept], disparity[kept])

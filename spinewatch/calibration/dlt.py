@@ -72,8 +72,8 @@ def solve_dlt(points: ImagePoints, sensor: Sensor, where: str = "the image") -> 
         solved = _best_round(points.keep(_consensus(points, sensor)), sensor, where) or solved
     if solved is None:
         raise MirroredFieldError(
-            f"{where} shows the control field mirrored: its coordinates must be right-handed, and pixels count to"
-            " the right and down"
+            f"{where} shows the control field mirrored: its coordinates must be right-handed, Z up to the"
+            " cameras, and pixels count to the right and down; look for a reversed sign, or X and Y exchanged"
         )
     return solved
 

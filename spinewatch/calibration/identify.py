@@ -18,6 +18,7 @@ from spinewatch.calibration.control_field import ControlField
 from spinewatch.calibration.errors import (
     BoardOrientationError,
     CalibrationError,
+    ConvergenceError,
     IdentificationError,
     MirroredFieldError,
     TargetsNotFoundError,
@@ -230,7 +231,10 @@ def _explain(hypotheses: list[Camera], task: _Task) -> list[_Naming]:
     namings: list[_Naming] = []
     complete: _Naming | None = None
     for camera in hypotheses:
-        naming = _refine(camera, task) if complete is None else _rival(camera, complete, task)
+        try:
+            naming = _refine(camera, task) if complete is None else _rival(camera, complete, task)
+        except ConvergenceError:
+            continue
         if naming is not None:
             namings.append(naming)
             if complete is None and task.is_complete(naming):
@@ -370,12 +374,9 @@ def _refine(camera: Camera, task: _Task) -> _Naming | None:
             return None
         usable = free if 2 * len(target) > len(free) + 2 else (*EXTERIOR, "f")
         block = _block(camera, _image(target, control, task), usable)
-        try:
-            adjusted = adjust(
-                block, robust_px=max(tolerance / 4, 0.5), tolerance=_LOOSE, evaluations=_EVALUATIONS
-            )
-        except (ValueError, np.linalg.LinAlgError):
-            return None
+        adjusted = adjust(
+            block, robust_px=max(tolerance / 4, 0.5), tolerance=_LOOSE, evaluations=_EVALUATIONS
+        )
         camera = adjusted.block.cameras[0]
         if camera.pixel_size_mm[1] <= 0:  # a mirrored picture
             return None

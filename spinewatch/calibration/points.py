@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -117,3 +117,15 @@ def flatness(points_mm: Float) -> float:
     """Return how flat points (n, 3) lie: their least over their middle principal extent, 0 in a plane."""
     s = np.linalg.svd(points_mm - points_mm.mean(axis=0), compute_uv=False)
     return float(s[2] / s[1]) if len(s) == 3 and s[1] > 1e-12 * s[0] else 0.0
+
+
+def refuse_contradictions(images: Iterable[tuple[str, ImagePoints]]) -> None:
+    """Raise ``PointsError`` when a point has other object coordinates in one named image than in another."""
+    first: dict[str, tuple[str, list[float]]] = {}
+    for name, image in images:
+        for id_, xyz in zip(image.ids, image.control_mm.tolist(), strict=True):
+            other, known = first.setdefault(id_, (name, xyz))
+            if known != xyz:
+                raise PointsError(
+                    f"point {id_} has other object coordinates in {name} than in {other}; correct one of the two"
+                )

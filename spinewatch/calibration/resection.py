@@ -77,11 +77,11 @@ def resect(
     limit = parameters.max_rms_of_width * sensor.image_size_px[0]
     try:
         clean, _ = adjust_without_blunders(best.block, parameters.blunders)
-    except PoorFitError as error:
-        raise PoorFitError(f"{where}: {error}") from error
-    chosen = _choose_free(clean, parameters, sensor, where)
-    full = replace(chosen.block, images=best.block.images)
-    final, blunders = adjust_without_blunders(full, parameters.blunders)
+        chosen = _choose_free(clean, parameters, sensor, where)
+        full = replace(chosen.block, images=best.block.images)
+        final, blunders = adjust_without_blunders(full, parameters.blunders)
+    except (PoorFitError, ConvergenceError) as error:
+        raise type(error)(f"{where}: {error}") from error
     if not final.rms_px < limit:
         raise PoorFitError(
             f"{where}: the best camera misses the control points by {final.rms_px:.1f} px RMS; check that the"
@@ -96,13 +96,13 @@ def _best_start(
     free = _first_free(parameters)
     best: Adjustment | None = None
     for start in start_cameras(images, sensor, where, parameters.fixed.get("f")):
-        block = _oriented(_with_fixed(start, parameters), images, free)
         try:
+            block = _oriented(_with_fixed(start, parameters), images, free)
             tried = adjust(block, tolerance=_START_TOLERANCE)
             if _well_determined(tried):
                 return tried
             tried = adjust(tried.block, robust_px=_ROBUST_PX, tolerance=_START_TOLERANCE)
-        except ValueError:  # a start from which points are out of sight
+        except ConvergenceError:  # a start from which points are out of sight
             continue
         if best is None or _robust_cost(tried) < _robust_cost(best):
             best = tried
@@ -180,7 +180,7 @@ def _best_determined(
             continue
         try:
             tried = adjust(block)
-        except ValueError:
+        except ConvergenceError:
             continue
         if undetermined(tried, sensor):
             continue

@@ -11,6 +11,7 @@ import numpy as np
 from spinewatch.calibration.dlt import MIN_FLATNESS, MIN_POINTS, angles_of, refuse_unfit, solve_dlt
 from spinewatch.calibration.errors import (
     CalibrationError,
+    ConvergenceError,
     PlanarFieldError,
     TooFewPointsError,
     UndeterminedError,
@@ -80,7 +81,10 @@ _CLEARLY = 0.5
 
 
 def _resection_miss(image: ImagePoints, camera: Camera) -> float:
-    oriented = with_exterior(camera, exterior(image, camera))
+    try:
+        oriented = with_exterior(camera, exterior(image, camera))
+    except ConvergenceError:
+        return float("inf")
     with np.errstate(all="ignore"):
         miss = np.abs(oriented.project(image.control_mm) - image.pixels)
     return float(np.median(np.nan_to_num(miss, nan=np.inf)))
@@ -117,16 +121,24 @@ def _in_plane(points_mm: Float) -> Float:
 
 
 def exterior(image: ImagePoints, camera: Camera) -> Placement:
-    """Return the motion from the board's frame to camera space of one shot, the interior orientation being known."""
+    """Return the motion from the board's frame to camera space of one shot, the interior orientation being known.
+
+    Raises ``ConvergenceError`` when the points determine none.
+    """
     ideal = camera.undistort(camera.plate(image.pixels)) / camera.focal_length_mm * (1, -1)
-    _, rotation, translation = cv2.solvePnP(
-        np.ascontiguousarray(image.control_mm),
-        np.ascontiguousarray(ideal),
-        np.eye(3),
-        None,
-        flags=cv2.SOLVEPNP_SQPNP,
-    )
-    R = np.asarray(cv2.Rodrigues(rotation)[0], dtype=np.float64)
+    try:
+        _, rotation, translation = cv2.solvePnP(
+            np.ascontiguousarray(image.control_mm),
+            np.ascontiguousarray(ideal),
+            np.eye(3),
+            None,
+            flags=cv2.SOLVEPNP_SQPNP,
+        )
+        R = np.asarray(cv2.Rodrigues(rotation)[0], dtype=np.float64)
+    except cv2.error as error:
+        raise ConvergenceError(
+            "the points determine no pose of the board; check their coordinates, which are in mm and px"
+        ) from error
     return Placement(_FLIP @ R, _FLIP @ np.asarray(translation, dtype=np.float64)[:, 0])
 
 

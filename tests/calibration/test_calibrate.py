@@ -14,9 +14,11 @@ from spinewatch.calibration.calibrate import calibrate, calibration_flags
 from spinewatch.calibration.collinearity import camera_vector
 from spinewatch.calibration.control_field import pegboard_1995
 from spinewatch.calibration.design import visible_in_both
+from spinewatch.calibration.disparity import disparity_grid
 from spinewatch.calibration.dlt import solve_dlt
 from spinewatch.calibration.errors import (
     BoardOrientationError,
+    CalibrationError,
     MirroredFieldError,
     PlanarFieldError,
     PointsError,
@@ -138,6 +140,38 @@ def test_an_adjustment_stopped_on_the_way_says_so(shot: MakeShot, sensor: Sensor
     for evaluations, flags in ((2, {"adjustment-unfinished"}), (200, set())):
         found = calibration_flags(adjust(start, evaluations=evaluations), {}, ())
         assert {f.code for f in found} == flags
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_points_that_are_named_wrong_are_refused_by_name(shot: MakeShot, sensor: Sensor, seed: int) -> None:
+    good = shot()
+    order = (
+        np.random.default_rng(seed).permutation(len(TYPICAL)) if seed else np.roll(range(len(TYPICAL)), -1)
+    )
+    images = [
+        ImagePoints.build([TYPICAL[k] for k in order], image.control_mm[order], image.pixels)
+        for image in (good.left, good.right)
+    ]
+    with pytest.raises(CalibrationError):
+        calibrate([Shot("C", images[0], images[1])], (sensor, sensor))
+
+
+def test_a_point_with_two_places_is_named(shot: MakeShot, sensor: Sensor) -> None:
+    good = shot()
+    elsewhere = good.right.control_mm.copy()
+    elsewhere[2, 0] += 5
+    bad = Shot("C", good.left, ImagePoints.build(TYPICAL, elsewhere, good.right.pixels))
+    with pytest.raises(
+        PointsError, match=f"point {TYPICAL[2]} has other object coordinates in the right image"
+    ):
+        calibrate([bad], (sensor, sensor))
+
+
+def test_heights_that_no_camera_sees_are_left_out_of_the_disparity_grid() -> None:
+    rig = table_3_3_rig()
+    grid = disparity_grid(rig, (0.0, rig.left.centre[2] - 1.0), planes=9)
+    assert 0 < len(grid.z_mm) < 9
+    assert np.all(np.isfinite(grid.distribution()[0]))
 
 
 def test_three_blunders_of_some_sigma_are_named_and_good_points_stay() -> None:
