@@ -78,7 +78,9 @@ def peak_memory_mb() -> float:
 
 def enlarge(scene: BallScene, size: tuple[int, int]) -> BallScene:
     """Return a scene as cameras with more and smaller pixels would have seen it."""
-    return replace(scene, left=_enlarge(scene.left, size), right=_enlarge(scene.right, size))
+    left, right = _enlarge(scene.left, size), _enlarge(scene.right, size)
+    rig = replace(scene.scene.rig, left=left.camera, right=right.camera)
+    return BallScene(replace(scene.scene, rig=rig), left, right)
 
 
 def _enlarge(view: BallView, size: tuple[int, int]) -> BallView:

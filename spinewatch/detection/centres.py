@@ -13,10 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from spinewatch.camera import Camera
 from spinewatch.detection.ball_net import BallNet, Sightings, default_ball_nets, look, net_for
-from spinewatch.detection.patches import cut_patches
+from spinewatch.detection.patches import cut_patches, patch_tone
 from spinewatch.detection.preprocess import to_gray
 from spinewatch.features import Features
 
@@ -34,7 +35,7 @@ class CentreParameters:
     know of real ones. ``limb``: the same, known: path-traced balls lie this times the lamp's direction further
     from the lamp than one bounce of light makes believe. ``most_odds``: the network's log-odds count up to
     this, and a template's likeness of 1 as ``likeness`` of them: what looks like a ball to one may be a clot to
-    the other. ``log_offset``: gray levels added before the logarithm, as in training.
+    the other.
     """
 
     second: int = 60
@@ -47,7 +48,6 @@ class CentreParameters:
     limb: float = 0.05
     most_odds: float = 6.0
     likeness: float = 20.0
-    log_offset: float = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,9 +75,7 @@ def refine_centres(
     p, features = parameters, view.features
     if not len(features):
         return features
-    tone = to_gray(view.image)
-    tone += np.float32(p.log_offset)
-    np.log(tone, out=tone)  # in place, since pictures may be large
+    tone = patch_tone(to_gray(view.image))
     net = net_for(nets or default_ball_nets(), view.ball_px[0])
 
     def look_at(places: Float, ball: Float, lamp: Float, known: bool) -> tuple[Sightings, Float]:
@@ -142,8 +140,7 @@ def _covariance(seen: Sightings, ball_px: Float, p: CentreParameters) -> Float:
 
 def _distinct(places: Float, least: float) -> NDArray[np.intp]:
     """Return the indices of places (n, 2) that no earlier one is nearer to than ``least``."""
-    near = np.linalg.norm(places[:, None] - places, axis=2) < least
     kept = np.ones(len(places), dtype=bool)
-    for i in range(1, len(places)):
-        kept[i] = not (near[i, :i] & kept[:i]).any()
+    for first, later in sorted(cKDTree(places).query_pairs(least)):
+        kept[later] &= not kept[first]
     return np.flatnonzero(kept)

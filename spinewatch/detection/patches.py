@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 Single = NDArray[np.float32]
 
+_LOG_OFFSET = np.float32(4.0)
+"""Gray levels added before the logarithm, which keeps noise in the dark from growing."""
+
 
 @dataclass(frozen=True)
 class PatchGrid:
@@ -16,6 +19,12 @@ class PatchGrid:
 
     size: int
     radius: float
+
+
+def patch_tone(gray: Single) -> Single:
+    """Turn gray levels (H, W) of 0..255 into their logarithms, in place, since pictures may be large; return them."""
+    gray += _LOG_OFFSET
+    return np.asarray(np.log(gray, out=gray))
 
 
 def cut_patches(

@@ -8,13 +8,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from spinewatch.detection.patches import PatchGrid, Single, cut_patches
-from spinewatch.detection.preprocess import log_tone
+from spinewatch.detection.patches import PatchGrid, Single, cut_patches, patch_tone
 from spinewatch.simulation.pictures.sensor import draw_sensor, expose
 from spinewatch.simulation.pictures.trace import trace
 from spinewatch.simulation.pictures.worlds import draw_textures, draw_world
 
-LOG_OFFSET = 4.0
 _PRESENT = 0.75
 _MISPLACED = 0.08
 _OFF_CENTRE = 0.5
@@ -82,16 +80,15 @@ def _draw_example(rng: np.random.Generator, textures: Single, p: ExampleParamete
     x, y = ((np.arange((2 * n + 1) * fine) + 0.5) / fine - 0.5 - c for n, c in zip(half, centre, strict=True))
     u, v = np.meshgrid((x / (ball_px[0] / 2)).astype(np.float32), (-y / (ball_px[1] / 2)).astype(np.float32))
     radiance, seen = trace(world, u, v)
-    levels = expose(radiance, fine, draw_sensor(rng), rng)
+    tone = patch_tone(expose(radiance, fine, draw_sensor(rng), rng))
     visible = float(seen.sum() / (u * u + v * v < 1).sum()) if world.present else 0.0
     supposed = ball_px * np.exp(rng.normal(0, 0.03 if rng.random() < 0.5 else 0.1))
     middle = half
     if not world.present:
-        middle = _darkest(levels, half, ball_px) if rng.random() < 0.7 else half
+        middle = _darkest(tone, half, ball_px) if rng.random() < 0.7 else half
     elif rng.random() < _MISPLACED:
         turn, away = rng.uniform(0, 2 * np.pi), rng.uniform(0.6, 1.6)
         middle = np.rint(centre + np.array([np.cos(turn), np.sin(turn)]) * away * ball_px / 2).astype(int)
-    tone = log_tone(levels, LOG_OFFSET, 0.0)
     patch = cut_patches(tone, middle[None], (float(supposed[0]), float(supposed[1])), p.grid)[0]
     offset = (centre - middle) / (supposed / 2)
     ball = world.present and np.hypot(*offset) < _OFF_CENTRE
@@ -109,9 +106,8 @@ def _draw_size(rng: np.random.Generator, p: ExampleParameters) -> NDArray[np.flo
     return np.array([width, width / 0.845 if rng.random() < 0.6 else width * rng.uniform(0.85, 1.3)])
 
 
-def _darkest(levels: Single, half: NDArray[np.intp], ball_px: NDArray[np.float64]) -> NDArray[np.intp]:
+def _darkest(tone: Single, half: NDArray[np.intp], ball_px: NDArray[np.float64]) -> NDArray[np.intp]:
     """Return the pixel near the middle about which it is darkest: what a detector might take for a ball."""
-    tone = np.log(levels + np.float32(LOG_OFFSET))
     smooth = cv2.GaussianBlur(tone, (0, 0), ball_px[0] / 5, sigmaY=ball_px[1] / 5)
     a, b = (0.8 * ball_px).astype(int)
     window = smooth[half[1] - b : half[1] + b + 1, half[0] - a : half[0] + a + 1]
