@@ -191,16 +191,33 @@ class Service:
         finally:
             connection.close()
 
-    def write_lock_is_free(self) -> bool:
-        connection = sqlite3.connect(self.database, timeout=0.2, isolation_level=None)
-        try:
-            connection.execute("BEGIN IMMEDIATE")
-            connection.execute("ROLLBACK")
-        except sqlite3.OperationalError:
-            return False
-        finally:
-            connection.close()
-        return True
+    def write_locks_are_free(self) -> bool:
+        """Whether nobody holds the record's write lock or the bell's."""
+        return all(_write_lock_is_free(path) for path in (self.database, self.bell))
+
+
+def stop(process: subprocess.Popen[bytes]) -> None:
+    """Stop a process (SIGSTOP) and wait until each of its threads stands still."""
+    os.kill(process.pid, signal.SIGSTOP)
+    wait_for(lambda: _thread_states(process.pid) == {"T"}, "the process to stop", 0.001)
+
+
+def _thread_states(pid: int) -> set[str]:
+    """Return the states (proc(5)) of a process's threads."""
+    files = Path(f"/proc/{pid}/task").glob("*/stat")
+    return {file.read_text().rpartition(")")[2].split()[0] for file in files}
+
+
+def _write_lock_is_free(database: Path) -> bool:
+    connection = sqlite3.connect(database, timeout=0.2, isolation_level=None)
+    try:
+        connection.execute("BEGIN IMMEDIATE")
+        connection.execute("ROLLBACK")
+    except sqlite3.OperationalError:
+        return False
+    finally:
+        connection.close()
+    return True
 
 
 def problem_of(answer: httpx.Response, status: int) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from tests.http.harness import Service, board, pair, wait_for
+from tests.http.harness import Service, board, pair, stop, wait_for
 
 Process = subprocess.Popen[bytes]
 
@@ -28,13 +28,14 @@ def no_worker_stays(service: Service) -> Iterator[None]:
 def stop_mid_job(service: Service, worker: Process, submit: Callable[[int], str]) -> str:
     """Submit jobs until the worker is stopped (SIGSTOP) with one in hand; return that job's id.
 
-    A worker that happens to be stopped while it writes would keep everybody from the record; it goes on then.
+    A worker that happens to be stopped while it writes would keep everybody from the record or the bell; it goes
+    on then.
     """
     for number in range(50):
         job = submit(number)
         service.started(job)
-        os.kill(worker.pid, signal.SIGSTOP)
-        if service.write_lock_is_free() and service.job(job)["state"] == "running":
+        stop(worker)
+        if service.write_locks_are_free() and service.job(job)["state"] == "running":
             return job
         os.kill(worker.pid, signal.SIGCONT)
         service.finished(job)
