@@ -97,6 +97,12 @@ class FeatureDocument(Schema):
     y: Annotated[float, Field(description="v downwards, px.")]
     score: Annotated[float, Field(description="Similarity to a ball, 0 to 1.")]
     sd_px: Annotated[Vector2, Field(description="Standard deviations along u and v, px.")]
+    visible_fraction: Annotated[
+        float | None,
+        Field(
+            description="How much of the outline is seen if it is a ball, 0 to 1; null if nobody has looked."
+        ),
+    ] = None
 
 
 class FeaturePair(Schema):

@@ -14,12 +14,14 @@ Float = NDArray[np.float64]
 class Features:
     """Possible ball centres of one image, best score first.
 
-    ``xy_px`` (n, 2) u, v; ``score`` (n,) similarity in [0, 1]; ``covariance_px2`` (n, 2, 2) of the centre.
+    ``xy_px`` (n, 2) u, v; ``score`` (n,) similarity in [0, 1]; ``covariance_px2`` (n, 2, 2) of the centre;
+    ``visible`` (n,), the fraction of the ball's outline that is seen, 0 to 1, or None when nobody has looked.
     """
 
     xy_px: Float
     score: Float
     covariance_px2: Float
+    visible: Float | None = None
 
     def __len__(self) -> int:
         return len(self.xy_px)
@@ -27,7 +29,8 @@ class Features:
     def take(self, index: object) -> Features:
         """Return the features chosen by an index or mask array."""
         i = np.asarray(index)
-        return Features(self.xy_px[i], self.score[i], self.covariance_px2[i])
+        visible = None if self.visible is None else self.visible[i]
+        return Features(self.xy_px[i], self.score[i], self.covariance_px2[i], visible)
 
     @classmethod
     def empty(cls) -> Features:

@@ -14,12 +14,13 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
-from spinewatch.detection.ball_net import BallNet, write_ball_nets
+from spinewatch.detection.ball_net import BallNet, BallNets, write_ball_nets
 from spinewatch.detection.patches import PatchGrid
 from spinewatch.simulation.pictures.examples import ExampleParameters
 from training.draw import draw
 from training.fit import Architecture, fit
 
+SCOUT = Architecture(PatchGrid(25, 5.0), 0.0, ((5, 3, 8), (3, 1, 16), (3, 2, 24)), 32)
 SMALL = (
     Architecture(PatchGrid(25, 5.0), 0.0, ((5, 2, 16), (3, 1, 32), (3, 2, 48)), 64),
     ExampleParameters(PatchGrid(25, 5.0), (7.0, 13.5), wider=32.0),
@@ -28,7 +29,8 @@ LARGE = (
     Architecture(PatchGrid(49, 10.0), 15.0, ((5, 2, 16), (3, 2, 24), (3, 1, 32), (3, 2, 48)), 64),
     ExampleParameters(PatchGrid(49, 10.0), (14.0, 36.0), wider=36.0),
 )
-"""The network for balls of usual size, and the one for large pictures, which keeps their detail."""
+"""The scout; the judge for balls of usual size, whose examples the scout learns from too; the judge for large pictures,
+which keeps their detail."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -36,19 +38,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m training", description=__doc__)
     parser.add_argument("--out", type=Path, required=True, help="file of the weights")
     parser.add_argument("--examples", type=int, nargs=2, default=(96_000, 24_000), metavar=("SMALL", "LARGE"))
-    parser.add_argument("--epochs", type=int, nargs=2, default=(24, 24), metavar=("SMALL", "LARGE"))
+    parser.add_argument(
+        "--epochs", type=int, nargs=3, default=(16, 24, 16), metavar=("SCOUT", "SMALL", "LARGE")
+    )
     parser.add_argument("--seed", type=int, default=1995)
     parser.add_argument("--processes", type=int, default=2, help="that draw examples")
     options = parser.parse_args(arguments)
     console = Console(stderr=True)
+    scouting, small, large = options.epochs
+    small_balls, large_balls = options.examples
     nets: list[BallNet] = []
-    for (architecture, pictures), count, epochs in zip(
-        (SMALL, LARGE), options.examples, options.epochs, strict=True
+    for pictures, count, fits in (
+        (SMALL[1], small_balls, ((SCOUT, scouting), (SMALL[0], small))),
+        (LARGE[1], large_balls, ((LARGE[0], large),)),
     ):
         with Progress(console=console) as progress:
             examples = draw(pictures, count, options.seed, options.processes, progress)
-            nets.append(fit(architecture, examples, epochs, options.seed, progress))
-    options.out.write_bytes(write_ball_nets(nets))
+            nets += [fit(each, examples, epochs, options.seed, progress) for each, epochs in fits]
+    scout, *judges = nets
+    options.out.write_bytes(write_ball_nets(BallNets(scout, tuple(judges))))
     return 0
 
 

@@ -1,6 +1,6 @@
-"""A small convolutional network that looks at the patch about a feature and says whether and where a ball is.
+"""Small convolutional networks that look at the patch about a feature and say whether and where a ball is.
 
-It has learnt from simulated pictures alone (``training/``). It is told where the cart's lamp should hang as seen
+They have learnt from simulated pictures alone (``training/``). They are told where the cart's lamp should hang as seen
 from the camera, since a lamp that lights a ball from its right also shades its left. The weights are data,
 ``ball_net.npz``.
 """
@@ -53,6 +53,19 @@ class BallNet:
     grid: PatchGrid
     from_px: float
     layers: tuple[Layer, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class BallNets:
+    """A small network, the ``scout``, which looks at many features quickly, and the ``judges`` by size of ball."""
+
+    scout: BallNet
+    judges: tuple[BallNet, ...]
+
+    def judge(self, width_px: float) -> BallNet:
+        """Return the judge made for balls of a width in pixels."""
+        fit = [net for net in self.judges if net.from_px <= width_px]
+        return max(fit, key=lambda net: net.from_px)
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,13 +153,9 @@ def _run(layers: Sequence[Layer], x: Single, lamp: Single) -> Single:
     return x.reshape(len(x), -1)
 
 
-def net_for(nets: Sequence[BallNet], width_px: float) -> BallNet:
-    """Return the network made for balls of a width in pixels."""
-    return max((net for net in nets if net.from_px <= width_px), key=lambda net: net.from_px)
-
-
-def write_ball_nets(nets: Sequence[BallNet]) -> bytes:
-    """Return the bytes of a file of networks (npz without pickles); weights are kept at half precision."""
+def write_ball_nets(nets: BallNets) -> bytes:
+    """Return the bytes of a file of networks (npz without pickles), the scout first, weights at half precision."""
+    every = (nets.scout, *nets.judges)
     about = [
         {
             "size": n.grid.size,
@@ -154,10 +163,10 @@ def write_ball_nets(nets: Sequence[BallNet]) -> bytes:
             "from_px": n.from_px,
             "strides": [x.stride for x in n.layers],
         }
-        for n in nets
+        for n in every
     ]
     arrays: dict[str, Any] = {"about": np.frombuffer(json.dumps(about).encode(), np.uint8)}
-    for i, net in enumerate(nets):
+    for i, net in enumerate(every):
         for j, layer in enumerate(net.layers):
             for part in ("weights", "bias", "lamp"):
                 if getattr(layer, part) is not None:
@@ -167,7 +176,7 @@ def write_ball_nets(nets: Sequence[BallNet]) -> bytes:
     return buffer.getvalue()
 
 
-def read_ball_nets(data: bytes) -> tuple[BallNet, ...]:
+def read_ball_nets(data: bytes) -> BallNets:
     """Return the networks of a file's bytes; raise ``BallNetError`` when it holds none."""
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as file:
@@ -175,7 +184,7 @@ def read_ball_nets(data: bytes) -> tuple[BallNet, ...]:
             def part(i: int, j: int, name: str) -> Single:
                 return np.asarray(file[f"{i}_{j}_{name}"], dtype=np.float32)
 
-            return tuple(
+            scout, *judges = (
                 BallNet(
                     PatchGrid(int(about["size"]), float(about["radius"])),
                     float(about["from_px"]),
@@ -191,11 +200,12 @@ def read_ball_nets(data: bytes) -> tuple[BallNet, ...]:
                 )
                 for i, about in enumerate(json.loads(file["about"].tobytes()))
             )
+            return BallNets(scout, tuple(judges))
     except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
         raise BallNetError("the file holds no ball network; train one with `python -m training`") from error
 
 
 @cache
-def default_ball_nets() -> tuple[BallNet, ...]:
+def default_ball_nets() -> BallNets:
     """Return the networks that ship with the library."""
     return read_ball_nets(resources.files("spinewatch.detection").joinpath("ball_net.npz").read_bytes())

@@ -1,14 +1,13 @@
-"""Centres of balls: the network looks at every promising feature, twice, and says what it is and where.
+"""Centres of balls: networks look at every promising feature and say what it is and where.
 
-The first look ranks the features and measures what all balls of a view share but the rig does not tell: how large they
-are, since the wound may lie nearer or further than where the cameras' axes meet, and where the lamp hangs, whose
-reflection is the sharpest mark on a ball but not at its centre. The second look knows both, and starts where the first
-one found the centre.
+The scout, a small network, ranks the features and measures what all balls of a view share but the rig does not tell:
+how large they are, since the wound may lie nearer or further than where the cameras' axes meet, and where the lamp
+hangs, whose reflection is the sharpest mark on a ball but not at its centre. The judge, a larger one, looks at the best
+of them, knows both, and starts where the scout found the centre.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from spinewatch.camera import Camera
-from spinewatch.detection.ball_net import BallNet, Sightings, default_ball_nets, look, net_for
+from spinewatch.detection.ball_net import BallNet, BallNets, Sightings, default_ball_nets, look
 from spinewatch.detection.patches import cut_patches, patch_tone
 from spinewatch.detection.preprocess import to_gray
 from spinewatch.features import Features
@@ -28,24 +27,22 @@ Float = NDArray[np.float64]
 class CentreParameters:
     """Parameters of ``refine_centres``; lengths are in radii of the ball.
 
-    ``second``: how many of the best features of a view are looked at twice; ``kept``: how many are handed on.
+    ``judged``: how many of the best features of a view the judge looks at; ``kept``: how many are handed on.
     ``likely``: features count for what balls share that are balls with at least these odds, if there are
     ``least_likely`` of them. ``same``: features whose centres come closer than this are one. ``reach``: how far
     a centre may lie from its feature. ``misfit``: standard deviation per axis of what simulated pictures do not
-    know of real ones. ``limb``: the same, known: path-traced balls lie this times the lamp's direction further
-    from the lamp than one bounce of light makes believe. ``most_odds``: the network's log-odds count up to
+    know of real ones. ``most_odds``: the network's log-odds count up to
     this, and a template's likeness of 1 as ``likeness`` of them: what looks like a ball to one may be a clot to
     the other.
     """
 
-    second: int = 60
+    judged: int = 60
     kept: int = 150
     likely: float = 3.0
     least_likely: int = 4
     same: float = 0.4
     reach: float = 0.7
     misfit: float = 0.008
-    limb: float = 0.05
     most_odds: float = 6.0
     likeness: float = 20.0
 
@@ -64,9 +61,7 @@ class View:
     lamp: Float
 
 
-def refine_centres(
-    view: View, parameters: CentreParameters, nets: Sequence[BallNet] | None = None
-) -> Features:
+def refine_centres(view: View, parameters: CentreParameters, nets: BallNets | None = None) -> Features:
     """Return a view's features with centres, covariances and scores settled, likeliest balls first.
 
     The score joins the network's odds of a ball and the likeness of templates. Features that turn out to be the same
@@ -75,28 +70,30 @@ def refine_centres(
     p, features = parameters, view.features
     if not len(features):
         return features
+    nets = nets or default_ball_nets()
     tone = patch_tone(to_gray(view.image))
-    net = net_for(nets or default_ball_nets(), view.ball_px[0])
 
-    def look_at(places: Float, ball: Float, lamp: Float, known: bool) -> tuple[Sightings, Float]:
+    def look_at(
+        net: BallNet, places: Float, ball: Float, lamp: Float, known: bool
+    ) -> tuple[Sightings, Float]:
         pixel = np.rint(places).astype(np.intp)
         sightings = look(net, cut_patches(tone, pixel, (ball[0], ball[1]), net.grid), lamp, known)
-        offset = sightings.offset.clip(-p.reach, p.reach) - p.limb * lamp
-        return sightings, pixel + offset * (ball / 2)
+        return sightings, pixel + sightings.offset.clip(-p.reach, p.reach) * (ball / 2)
 
     nominal = np.array(view.ball_px)
-    seen, centre = look_at(features.xy_px, nominal, view.lamp, False)
-    covariance = _covariance(seen, nominal, p)
-    ball, lamp, known = _common(seen, nominal, view.lamp, p)
-    twice = np.argsort(-_score(seen, features.score, p), kind="stable")[: p.second]
-    again, settled = look_at(centre[twice], ball, lamp, known)
-    centre[twice], covariance[twice] = settled, _covariance(again, ball, p)
-    score = _score(seen, features.score, p)
-    score[twice] = _score(again, features.score[twice], p)
+    scouted, centre = look_at(nets.scout, features.xy_px, nominal, view.lamp, False)
+    covariance, visible = _covariance(scouted, nominal, p), scouted.visible
+    score = _score(scouted, features.score, p)
+    ball, lamp, known = _common(scouted, nominal, view.lamp, p)
+    best = np.argsort(-score, kind="stable")[: p.judged]
+    judge = nets.judge(view.ball_px[0])
+    judged, centre[best] = look_at(judge, centre[best], ball, lamp, known)
+    covariance[best], visible[best] = _covariance(judged, ball, p), judged.visible
+    score[best] = _score(judged, features.score[best], p)
     order = np.argsort(-score, kind="stable")
     order = order[_distinct(centre[order] / (ball / 2), p.same)][: p.kept]
-    outline = centre[order]
-    return Features(outline - outline_offsets(view.camera, outline, ball[0]), score[order], covariance[order])
+    settled = centre[order] - outline_offsets(view.camera, centre[order], ball[0])
+    return Features(settled, score[order], covariance[order], visible[order])
 
 
 def outline_offsets(camera: Camera, outline_px: Float, width_px: float) -> Float:

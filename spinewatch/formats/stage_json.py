@@ -46,12 +46,13 @@ def stage_document(measurement: StageMeasurement) -> dict[str, Any]:
 
 
 def features_document(features: Features) -> list[dict[str, Any]]:
-    """Return one entry a feature: centre and standard deviations in px, score in [0, 1]."""
+    """Return one entry a feature: centre and standard deviations in px, score and visible fraction in [0, 1]."""
     centres, scores = _numbers(features.xy_px), _numbers(features.score)
     deviations = _deviations(features.covariance_px2)
+    visible = [None] * len(features) if features.visible is None else _numbers(features.visible)
     return [
-        {"x": x, "y": y, "score": score, "sd_px": sd}
-        for (x, y), score, sd in zip(centres, scores, deviations, strict=True)
+        {"x": x, "y": y, "score": score, "sd_px": sd, "visible_fraction": fraction}
+        for (x, y), score, sd, fraction in zip(centres, scores, deviations, visible, strict=True)
     ]
 
 

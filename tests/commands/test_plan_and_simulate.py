@@ -24,7 +24,7 @@ def test_simulate_writes_truth_features_and_the_rig_to_measure_with(tmp_path: Pa
         )
         assert len(truth["triads"]) == 4
         assert len(features["left"]) + len(features["right"]) == 2 * (12 + 10) - 1
-        assert set(features["left"][0]) == {"x", "y", "score", "sd_px"}
+        assert set(features["left"][0]) == {"x", "y", "score", "sd_px", "visible_fraction"}
         assert parse_rig((tmp_path / name / "rig.json").read_bytes()).name.endswith("(perturbed)")
 
 

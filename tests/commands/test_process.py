@@ -88,7 +88,7 @@ def test_document_has_the_promised_shape(run: Run) -> None:
     assert status == 0
     document = json.loads(out)
     assert set(document) == {"features", "fields", "exposure", "triads", "flags", "rig_check", "timings_ms"}
-    assert {"x", "y", "score", "sd_px"} == set(document["features"]["left"][0])
+    assert {"x", "y", "score", "sd_px", "visible_fraction"} == set(document["features"]["left"][0])
     assert all(ms >= 0 for ms in document["timings_ms"].values())
     steps = [ms for step, ms in document["timings_ms"].items() if step != "total"]
     assert document["timings_ms"]["total"] == pytest.approx(sum(steps), abs=1)

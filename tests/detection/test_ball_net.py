@@ -5,11 +5,9 @@ import pytest
 from numpy.typing import NDArray
 
 from spinewatch.detection.ball_net import (
-    BallNet,
     Sightings,
     default_ball_nets,
     look,
-    net_for,
     read_ball_nets,
     write_ball_nets,
 )
@@ -19,7 +17,7 @@ from spinewatch.simulation.pictures.examples import ExampleParameters, Examples,
 
 @pytest.fixture(scope="module", params=[10.0, 30.0])
 def seen(request: pytest.FixtureRequest) -> tuple[Examples, Sightings]:
-    net = net_for(default_ball_nets(), request.param)
+    net = default_ball_nets().judge(request.param)
     width = (0.9 * request.param, 1.1 * request.param)
     examples = draw_examples(np.random.default_rng(7), 400, ExampleParameters(net.grid, width, width[1]))
     parts = [
@@ -68,7 +66,8 @@ def test_a_file_of_networks_is_read_as_it_was_written() -> None:
     nets = default_ball_nets()
     again = read_ball_nets(write_ball_nets(nets))
     assert len(write_ball_nets(nets)) < 2_000_000
-    for net, copy in zip(nets, again, strict=True):
+    assert len(again.judges) == len(nets.judges)
+    for net, copy in zip((nets.scout, *nets.judges), (again.scout, *again.judges), strict=True):
         assert (copy.grid, copy.from_px) == (net.grid, net.from_px)
         for layer, other in zip(net.layers, copy.layers, strict=True):
             assert np.array_equal(layer.weights, other.weights)
@@ -82,5 +81,5 @@ def test_other_files_are_refused(data: bytes) -> None:
 
 
 def test_each_width_has_its_network() -> None:
-    nets: tuple[BallNet, ...] = default_ball_nets()
-    assert [net_for(nets, width).grid.size for width in (0.5, 9.0, 40.0)] == [25, 25, 49]
+    nets = default_ball_nets()
+    assert [nets.judge(width).grid.size for width in (0.5, 9.0, 40.0)] == [25, 25, 49]

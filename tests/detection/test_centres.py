@@ -53,6 +53,8 @@ def test_balls_come_first_and_no_ball_twice(rig: Rig) -> None:
     image = decode_image((SAMPLES / "PRE" / "left.png").read_bytes())
     features = find_balls(image, "left", rig, Parameters()).features
     assert np.all(features.score[:12] > 0.75)
+    assert features.visible is not None
+    assert np.all(features.visible[:12] > 0.6)
     apart = np.linalg.norm(features.xy_px[:30, None] - features.xy_px[:30], axis=2) + 99 * np.eye(30)
     assert apart.min() > 1.5
 

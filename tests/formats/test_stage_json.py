@@ -14,7 +14,7 @@ from spinewatch.detection.preprocess import Exposure
 from spinewatch.detection.surgical_field import SurgicalField
 from spinewatch.features import Features
 from spinewatch.flags import Flag
-from spinewatch.formats.stage_json import stage_document
+from spinewatch.formats.stage_json import features_document, stage_document
 from spinewatch.pipeline import StageMeasurement
 from spinewatch.triads.labels import LabelledTriad
 from spinewatch.triads.pose import Ball, MeasuredTriad, Pose, rotation_from_vector
@@ -28,7 +28,8 @@ def measurement() -> StageMeasurement:
         np.array([4.0, 5, 6]), np.diag([0.04, 0.09, 0.25]), np.array([7.5, 8]), np.array([9.0, 1]), 0.125
     )
     triad = MeasuredTriad("flat-10-14-18", {"XX": ball, "YY": ball, "MX": ball}, pose, 0.5)
-    features = Features(np.array([[10.0, 20]]), np.array([0.75]), np.array([[[0.16, 0.01], [0.01, 0.36]]]))
+    covariance = np.array([[[0.16, 0.01], [0.01, 0.36]]])
+    features = Features(np.array([[10.0, 20]]), np.array([0.75]), covariance, np.array([0.5]))
     left = Detection(features, SurgicalField(1, 2, 3, 4), Exposure.NORMAL, ())
     right = Detection(Features.empty(), SurgicalField(5, 6, 7, 8), Exposure.GLARE, ())
     triads = (LabelledTriad("L1", None, triad), LabelledTriad(None, "no gap decides", triad))
@@ -39,7 +40,7 @@ def test_document_is_json_and_complete() -> None:
     document = stage_document(measurement())
     assert json.loads(json.dumps(document, allow_nan=False)) == document
     assert document["features"] == {
-        "left": [{"x": 10, "y": 20, "score": 0.75, "sd_px": [0.4, 0.6]}],
+        "left": [{"x": 10, "y": 20, "score": 0.75, "sd_px": [0.4, 0.6], "visible_fraction": 0.5}],
         "right": [],
     }
     assert document["fields"] == {"left": [1, 2, 3, 4], "right": [5, 6, 7, 8]}
@@ -48,6 +49,11 @@ def test_document_is_json_and_complete() -> None:
     first, second = document["triads"]
     assert (first["label"], first["label_reason"]) == ("L1", None)
     assert (second["label"], second["label_reason"]) == (None, "no gap decides")
+
+
+def test_features_that_nobody_looked_at_have_no_visible_fraction() -> None:
+    (entry,) = features_document(Features.with_sigma(np.array([[1.0, 2]]), np.array([0.5]), 0.3))
+    assert entry["visible_fraction"] is None
 
 
 def test_what_the_balls_say_about_the_rig_is_told() -> None:

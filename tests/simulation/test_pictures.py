@@ -21,7 +21,7 @@ from spinewatch.simulation.pictures.worlds import (
     draw_world,
 )
 
-BLACK = Material(0.0, 0.05, 0.04)
+BLACK = Material(0.0, 0.05, 0.04, 0.0)
 UP = np.array([0, 0, 1], np.float32)
 
 
@@ -32,7 +32,9 @@ def unit(x: float, y: float, z: float) -> Float:
 
 def plain_world(lamp: Lamp, depth: float = 3.0) -> World:
     flat = np.zeros((16, 16), np.float32)
-    ground = Ground(depth, UP, flat, 1.0, np.zeros(2, np.float32), 0.0, 0.4, 0.0, 0.0, 1.0, 1.0, 0.0, 1e6)
+    ground = Ground(
+        depth, UP, flat, 1.0, np.zeros(2, np.float32), 0.0, 0.4, 0.0, 0.0, 1.0, 1.0, 0.0, 1e6, 10.0, 0.0, 1.0
+    )
     ball = Ball(np.zeros(3, np.float32), 1.0, BLACK)
     return World((ball,), (), ground, (lamp,), 0.02, True, UP)
 
@@ -61,6 +63,33 @@ def test_the_shadow_lies_away_from_the_lamp_by_the_height_of_the_ball() -> None:
     shadow = ~seen & (radiance < 0.5 * np.median(radiance))
     assert x[shadow].mean() == pytest.approx(-5.0, abs=0.1)
     assert y[shadow].mean() == pytest.approx(0.0, abs=0.05)
+
+
+@pytest.mark.parametrize(("r", "reflectance"), [(0.0, 0.04), (0.6, 0.0403)])
+def test_the_room_is_mirrored_by_schlick_s_reflectance(r: float, reflectance: float) -> None:
+    world = plain_world(Lamp(UP, 0.01, 0.0))
+    x = np.array([[r]], np.float32)
+    radiance, _ = trace(world, x, 0 * x)
+    assert radiance[0, 0] == pytest.approx(reflectance * world.ambient, rel=1e-3)
+
+
+def test_walls_are_mirrored_where_else_the_room_is() -> None:
+    world = plain_world(Lamp(UP, 0.01, 1.0))
+    walled = replace(world, ground=replace(world.ground, rise=5.0, steep=0.5))
+    x = np.array([[0.69], [0.3]], np.float32)  # mirrored just above the horizon, and far above it
+    (room, _), (wall, _) = trace(world, x, 0 * x), trace(walled, x, 0 * x)
+    glow = 0.4 * (1 / np.pi + world.ambient)
+    assert wall[0, 0] / room[0, 0] == pytest.approx(0.5 * glow / world.ambient, rel=0.02)
+    assert wall[1, 0] == room[1, 0]
+
+
+def test_a_bench_is_even_and_its_light_comes_from_everywhere() -> None:
+    rng = np.random.default_rng(8)
+    textures = draw_textures(rng, 4, 64)
+    worlds = [draw_world(rng, textures, present=True) for _ in range(300)]
+    benches = [w for w in worlds if w.ground.contrast <= 0.1 and sum(x.irradiance for x in w.lamps) < 0.2]
+    assert 5 < len(benches) < 40
+    assert all(np.pi * bench.ambient > 0.6 for bench in benches)
 
 
 def test_what_stands_before_the_ball_hides_it() -> None:

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from spinewatch.simulation.pictures.worlds import Bar, Float, Ground, Lamp, Material, World
 
+_LEVEL = 0.05
+"""A ray that falls less than this over its length never meets the ground."""
 _LONGEST = 30_000
 """Places that OpenCV looks up at once; more than 32,767 in a row are beyond it."""
 
@@ -65,10 +67,11 @@ def _shade(world: World, point: Float, normal: Float, material: Material) -> Flo
     """Return the radiance (k,) of surface points (3, k): diffuse, mirrored lamps, and mirrored ground or room."""
     cosine = normal[2].clip(0.02, 1)
     fresnel = material.f0 + (1 - material.f0) * (1 - cosine) ** 5
-    out = np.full(cosine.shape, material.albedo * world.ambient, np.float32)
+    paint = material.albedo * (1 - fresnel) / (1 - material.f0)
+    out = np.asarray(paint * world.ambient, dtype=np.float32)
     for lamp in world.lamps:
         toward = np.einsum("i,ik->k", lamp.direction, normal)
-        out += material.albedo / np.float32(np.pi) * lamp.irradiance * toward.clip(0)
+        out += paint / np.float32(np.pi) * lamp.irradiance * toward.clip(0)
         out += _glint(lamp, normal, cosine, toward, material)
     mirrored = 2 * normal[2] * normal
     mirrored[2] -= 1
@@ -77,28 +80,34 @@ def _shade(world: World, point: Float, normal: Float, material: Material) -> Flo
 
 
 def _glint(lamp: Lamp, normal: Float, cosine: Float, toward: Float, material: Material) -> Float:
-    """Return the reflection of a lamp by the GGX distribution, widened by the lamp's size."""
+    """Return the reflection of a lamp by facets of Beckmann's and the GGX distribution, widened by the lamp's size."""
     half = lamp.direction + np.array([0, 0, 1], np.float32)
     half /= np.linalg.norm(half)
     alpha2 = np.float32(material.roughness**2 + (lamp.radius_rad / 2) ** 2)
-    c = np.einsum("i,ik->k", half, normal).clip(0)
-    density = alpha2 / (np.pi * (c * c * (alpha2 - 1) + 1) ** 2)
+    c2 = np.square(np.einsum("i,ik->k", half, normal).clip(0.05))
+    ggx = alpha2 / (c2 * (alpha2 - 1) + 1) ** 2
+    beckmann = np.exp((c2 - 1) / (c2 * alpha2)) / (alpha2 * c2 * c2)
+    density = (material.tail * ggx + (1 - material.tail) * beckmann) / np.float32(np.pi)
     fresnel = material.f0 + (1 - material.f0) * (1 - half[2]) ** 5
     return np.asarray(lamp.irradiance * fresnel * density * (toward > 0) / (4 * cosine), dtype=np.float32)
 
 
 def _mirrored(world: World, point: Float, direction: Float) -> Float:
-    """Return the radiance (k,) that comes to points (3, k) from directions (3, k): the ground's or the room's."""
-    n, depth = world.ground.normal, world.ground.depth
-    fall = np.einsum("i,ik->k", n, direction)
-    height = np.einsum("i,ik->k", n, point) + n[2] * depth
+    """Return the radiance (k,) that comes to points (3, k) from directions (3, k): the wound's or the room's."""
+    ground = world.ground
+    n = ground.normal
+    fall = -np.einsum("i,ik->k", n, direction)
+    height = np.einsum("i,ik->k", n, point) + n[2] * ground.depth
+    to_rim = ground.rim / np.sqrt((1 - fall * fall).clip(1e-4))
+    left = height - to_rim * fall  # above the ground where the walls stand
+    down = (height > 0) & ((left <= 0) & (fall > _LEVEL) | (left < ground.rise))
     out = np.full(fall.shape, world.ambient, np.float32)
-    down = (fall < -0.05) & (height > 0)
     if down.any():
-        way = height[down] / -fall[down]
+        fall, wall = fall[down], left[down] > 0
+        way = np.where(wall, to_rim[down], height[down] / fall.clip(_LEVEL))
         hit = point[:, down] + way * direction[:, down]
-        side_on = (-fall[down]).clip(0, 1) ** world.ground.relief
-        out[down] = _ground_radiance(world, *hit) * side_on / (1 + (way / world.ground.extent) ** 2)
+        steep = np.where(wall, np.float32(ground.steep), fall.clip(_LEVEL, 1) ** ground.relief)
+        out[down] = _ground_radiance(world, *hit) * steep / (1 + (way / ground.extent) ** 2)
     return out
 
 
@@ -143,7 +152,7 @@ def _visibility(world: World, lamp: Lamp, x: Float, y: Float, z: Float) -> Float
         apart = np.sqrt((a * a + b * b + c * c - along * along).clip(0))
         _dim(out, apart - ball.radius, -along, lamp)
     for bar in world.bars:
-        across = np.cross(bar.direction, d)
+        across = _cross(bar.direction, d)
         length = float(np.linalg.norm(across))
         if length < 0.05:
             continue
@@ -159,6 +168,12 @@ def _visibility(world: World, lamp: Lamp, x: Float, y: Float, z: Float) -> Float
         ends = np.maximum(-place, place - bar.length).clip(0)
         _dim(out, np.hypot(apart, ends) - bar.radius, way, lamp)
     return out
+
+
+def _cross(a: Float, b: Float) -> Float:
+    """Return the vector product of two vectors, for which NumPy's general one takes several times as long."""
+    turn, back = [1, 2, 0], [2, 0, 1]
+    return np.asarray(a[turn] * b[back] - a[back] * b[turn])
 
 
 def _dim(visibility: Float, clearance: Float, way: Float, lamp: Lamp) -> None:

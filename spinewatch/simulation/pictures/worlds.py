@@ -7,12 +7,15 @@ how glossy the ball.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 Float = NDArray[np.float32]
+
+_BENCH = 0.06
+"""The share of worlds that are no operating room but a bench on which somebody tries the cart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,11 +29,16 @@ class Lamp:
 
 @dataclass(frozen=True, eq=False)
 class Material:
-    """A surface: diffuse ``albedo``, GGX ``roughness``, and reflectance ``f0`` at normal incidence."""
+    """A surface: diffuse ``albedo`` seen through its coat, ``roughness``, and reflectance ``f0`` at normal incidence.
+
+    ``tail``, 0 to 1, shares the slopes of its facets between the distributions of Beckmann and of GGX, whose glints
+    have long tails.
+    """
 
     albedo: float
     roughness: float
     f0: float
+    tail: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +68,8 @@ class Ground:
     ``texture`` (n, n) of zero mean and unit variance, taken at ``scale`` texels a radius from ``origin`` (2,) and
     turned by ``turn_rad``; the albedo is ``albedo exp(contrast texture)``. Where the texture, taken ``gloss_scale``
     finer, exceeds ``gloss_level``, it is wet and shines with ``gloss`` times the albedo. Flesh is rough: seen from the
-    side it is darker than from above, by the cosine to the power of ``relief``; and the wound ends: half as bright
-    ``extent`` away.
+    side it is darker than from above, by the cosine to the power of ``relief``; and the lamps' light ends: half as
+    bright ``extent`` away. ``rim`` away the ground rises to walls, ``rise`` high and ``steep`` times as bright.
     """
 
     depth: float
@@ -77,6 +85,9 @@ class Ground:
     gloss_level: float
     relief: float
     extent: float
+    rim: float
+    rise: float
+    steep: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,8 +111,13 @@ def draw_world(rng: np.random.Generator, textures: Float, present: bool) -> Worl
     """Return a world with, or without, a ball at its origin; ``textures`` (m, n, n) from ``draw_textures``."""
     up = _draw_up(rng)
     ground = _draw_ground(rng, textures, up)
+    lamps, ambient = _draw_light(rng, up)
+    if rng.random() < _BENCH:
+        ground, lamps, ambient = _draw_bench(rng, ground, lamps)
     balls, bars = [], []
-    black = Material(_log_uniform(rng, 0.008, 0.045), rng.uniform(0.03, 0.14), rng.uniform(0.03, 0.06))
+    black = Material(
+        _log_uniform(rng, 0.002, 0.04), rng.uniform(0.03, 0.14), rng.uniform(0.03, 0.06), _draw_tail(rng)
+    )
     legs = _draw_metal(rng)
     if present:
         balls.append(Ball(np.zeros(3, np.float32), 1.0, black))
@@ -115,7 +131,6 @@ def draw_world(rng: np.random.Generator, textures: Float, present: bool) -> Worl
             bars += _draw_legs(rng, centre, legs)
     if rng.random() < 0.25:
         bars.append(_draw_rod(rng, ground.depth))
-    lamps, ambient = _draw_light(rng, up)
     return World(tuple(balls), tuple(bars), ground, lamps, ambient, present, up)
 
 
@@ -158,8 +173,9 @@ def _draw_up(rng: np.random.Generator) -> Float:
 
 
 def _draw_ground(rng: np.random.Generator, textures: Float, up: Float) -> Ground:
+    depth = _log_uniform(rng, 0.7, 4.0) if rng.random() < 0.3 else rng.uniform(4.0, 16.0)
     return Ground(
-        depth=_log_uniform(rng, 0.7, 4.0) if rng.random() < 0.3 else rng.uniform(4.0, 16.0),
+        depth=depth,
         normal=_near(rng, up, 15),
         texture=textures[rng.integers(len(textures))],
         scale=_log_uniform(rng, 2.0, 40.0),
@@ -170,9 +186,30 @@ def _draw_ground(rng: np.random.Generator, textures: Float, up: Float) -> Ground
         gloss=_log_uniform(rng, 0.3, 10.0) if rng.random() < 0.6 else 0.0,
         gloss_scale=rng.uniform(0.5, 2.0),
         gloss_level=rng.uniform(1.2, 3.0),
-        relief=rng.uniform(0.0, 2.0),
-        extent=_log_uniform(rng, 8.0, 60.0),
+        relief=max(rng.uniform(-2.0, 2.0), 0.0),
+        extent=_log_uniform(rng, 10.0, 1000.0),
+        rim=_log_uniform(rng, 5.0, 40.0),
+        rise=depth * max(rng.uniform(-0.7, 1.5), 0.0),
+        steep=rng.uniform(0.3, 1.0),
     )
+
+
+def _draw_bench(
+    rng: np.random.Generator, ground: Ground, lamps: tuple[Lamp, ...]
+) -> tuple[Ground, tuple[Lamp, ...], float]:
+    """Return a bench instead of a wound: even and bright under diffuse light, with the cart's lamp out or faint."""
+    even = replace(
+        ground,
+        depth=_log_uniform(rng, 2.0, 16.0),
+        albedo=rng.uniform(0.4, 0.85),
+        contrast=_log_uniform(rng, 0.003, 0.1),
+        gloss=0.0,
+        relief=0.0,
+        extent=1000.0,
+        rise=0.0,
+    )
+    faint = replace(lamps[0], irradiance=rng.uniform(0, 0.15) * (rng.random() < 0.8))
+    return even, (faint,), rng.uniform(0.2, 0.35)
 
 
 def _draw_light(rng: np.random.Generator, up: Float) -> tuple[tuple[Lamp, ...], float]:
@@ -198,10 +235,14 @@ def _draw_light(rng: np.random.Generator, up: Float) -> tuple[tuple[Lamp, ...], 
 def _draw_metal(rng: np.random.Generator) -> Material:
     kind = rng.choice(("black", "dull", "steel"))
     if kind == "black":
-        return Material(rng.uniform(0.01, 0.06), rng.uniform(0.05, 0.3), 0.05)
+        return Material(rng.uniform(0.005, 0.05), rng.uniform(0.05, 0.3), 0.05, _draw_tail(rng))
     if kind == "dull":
-        return Material(rng.uniform(0.05, 0.4), rng.uniform(0.3, 0.6), 0.08)
-    return Material(rng.uniform(0.01, 0.1), rng.uniform(0.08, 0.35), rng.uniform(0.4, 0.7))
+        return Material(rng.uniform(0.05, 0.4), rng.uniform(0.3, 0.6), 0.08, _draw_tail(rng))
+    return Material(rng.uniform(0.01, 0.1), rng.uniform(0.08, 0.35), rng.uniform(0.4, 0.7), _draw_tail(rng))
+
+
+def _draw_tail(rng: np.random.Generator) -> float:
+    return float(np.clip(rng.uniform(-0.5, 1.5), 0, 1))
 
 
 def _draw_legs(rng: np.random.Generator, centre: NDArray[np.floating], material: Material) -> list[Bar]:
