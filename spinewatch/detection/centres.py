@@ -31,9 +31,8 @@ class CentreParameters:
     ``likely``: features count for what balls share that are balls with at least these odds, if there are
     ``least_likely`` of them. ``same``: features whose centres come closer than this are one. ``reach``: how far
     a centre may lie from its feature. ``misfit``: standard deviation per axis of what simulated pictures do not
-    know of real ones. ``most_odds``: the network's log-odds count up to
-    this, and a template's likeness of 1 as ``likeness`` of them: what looks like a ball to one may be a clot to
-    the other.
+    know of real ones. ``most_odds``: a network's log-odds count up to this, and a template's likeness of 1 as
+    ``likeness`` of them: what looks like a ball to one may be a clot to the other.
     """
 
     judged: int = 60
