@@ -113,7 +113,8 @@ def detect(
     ball = (ball_px[0] / factor, ball_px[1] / factor)
     blur_px = parameters.dark_blur_px if exposure is Exposure.VERY_DARK else 0.0
     gradient = property_planes(log_tone(small, parameters.log_offset, blur_px), PropertySpace.DIRECTIVITY)
-    activity = np.abs(gradient[0]) + np.abs(gradient[1])
+    activity = np.abs(gradient[0])
+    activity += np.abs(gradient[1])
     box = surgical_field(activity, _field_parameters(parameters.field, ball, templates))
     crop = np.s_[..., box.v0 : box.v1, box.u0 : box.u1]
     space = _search(small[crop], gradient[crop], side, ball, templates, parameters)

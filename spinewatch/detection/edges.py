@@ -28,14 +28,15 @@ def property_planes(gray: NDArray[np.float32], space: PropertySpace) -> Planes:
     """
     if space is PropertySpace.GRAY:
         return gray[None]
-    gx, gy = sobel(gray)
+    gradient = sobel(gray)
     if space is PropertySpace.EDGE:
-        return np.asarray(cv2.magnitude(gx, gy), dtype=np.float32)[None]
-    return np.stack([gx, gy])
+        return np.asarray(cv2.magnitude(gradient[0], gradient[1]), dtype=np.float32)[None]
+    return gradient
 
 
-def sobel(gray: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return the 3x3 Sobel responses along u and v (fig. 4.23), each (H, W)."""
-    gx = np.asarray(cv2.Sobel(gray, cv2.CV_32F, 1, 0, ksize=3), dtype=np.float32)
-    gy = np.asarray(cv2.Sobel(gray, cv2.CV_32F, 0, 1, ksize=3), dtype=np.float32)
-    return gx, gy
+def sobel(gray: NDArray[np.float32]) -> Planes:
+    """Return the 3x3 Sobel responses (2, H, W) along u and v (fig. 4.23)."""
+    gradient = np.empty((2, *gray.shape), np.float32)
+    cv2.Sobel(gray, cv2.CV_32F, 1, 0, dst=gradient[0], ksize=3)
+    cv2.Sobel(gray, cv2.CV_32F, 0, 1, dst=gradient[1], ksize=3)
+    return gradient

@@ -49,8 +49,11 @@ def decision_space(planes: Floating, tree: TemplateTree, measure: Measure, gate:
 
 def feature_space(decisions: Sequence[Floating], weights: Sequence[float]) -> Floating:
     """Return the weighted mean of decision spaces (eq. 4.19; the thesis weighs edges K = 2 times gray levels)."""
-    total = sum(w * d for w, d in zip(weights, decisions, strict=True))
-    return np.asarray(total / sum(weights))
+    shares = np.asarray(weights, dtype=decisions[0].dtype) / sum(weights)
+    total = decisions[0] * shares[0]
+    for decision, share in zip(decisions[1:], shares[1:], strict=True):
+        total += decision * share
+    return np.asarray(total)
 
 
 def threshold_components(space: Floating, budget_px: int) -> tuple[Floating, Floating]:
@@ -105,7 +108,7 @@ def _best(values: Floating, measure: Measure, axis: int) -> Floating:
 
 def _unit_scale(values: Floating, measure: Measure) -> Floating:
     if measure in (Measure.CCN, Measure.RHO):
-        return np.clip(values, 0, 1)
+        return np.clip(values, 0, 1, out=values)
     low, high = float(values.min()), float(values.max())
     scaled = (values - low) / (high - low) if high > low else np.zeros_like(values)
     return 1 - scaled if measure is Measure.ED else scaled

@@ -36,11 +36,26 @@ def cut_patches(
     patches; beyond the picture's edge the edge is repeated.
     """
     across, down = (resampling(size / 2, grid) for size in ball_px)
-    (a, b), (h, w) = (across.shape[1] // 2, down.shape[1] // 2), picture.shape
-    u = (centre_px[:, :1] + np.arange(-a, a + 1)).clip(0, w - 1)
-    v = (centre_px[:, 1:] + np.arange(-b, b + 1)).clip(0, h - 1)
-    windows = picture[v[:, :, None], u[:, None, :]]
-    return np.asarray(down @ (windows @ across.T))
+    narrow = (_windows(picture, centre_px, down.shape[1], across.shape[1]) @ across.T).reshape(
+        down.shape[1], len(centre_px) * grid.size
+    )
+    return np.ascontiguousarray((down @ narrow).reshape(grid.size, len(centre_px), grid.size).swapaxes(0, 1))
+
+
+def _windows(picture: Single, centre_px: NDArray[np.integer], high: int, wide: int) -> Single:
+    """Return the pixels (high, n, wide) about n whole pixels; rows come first, so that one product resamples all."""
+    (h, w), (u, v) = picture.shape, centre_px.T
+    rows = (v + np.arange(high)[:, None] - high // 2).clip(0, h - 1)
+    first = u - wide // 2
+    inside = (first >= 0) & (first + wide <= w)
+    out = np.empty((high, len(u), wide), np.float32)
+    if inside.any():
+        runs = np.lib.stride_tricks.sliding_window_view(picture, wide, axis=1)
+        out[:, inside] = runs[rows[:, inside], first[inside]]
+    if not inside.all():
+        columns = (first[~inside, None] + np.arange(wide)).clip(0, w - 1)
+        out[:, ~inside] = picture[rows[:, ~inside, None], columns]
+    return out
 
 
 def resampling(radius_px: float, grid: PatchGrid) -> Single:

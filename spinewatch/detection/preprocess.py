@@ -101,7 +101,8 @@ def log_tone(gray: Gray, offset: float, blur_px: float) -> Gray:
     is smoothed is noise, since no lens is that sharp.
     """
     smooth = cv2.GaussianBlur(gray, (0, 0), blur_px) if blur_px > 0 else gray
-    return np.asarray(np.log(smooth + np.float32(offset)), dtype=np.float32)
+    tone = smooth + np.float32(offset)
+    return np.asarray(np.log(tone, out=tone), dtype=np.float32)
 
 
 def truncated_median_filter(gray: Gray) -> Gray:
