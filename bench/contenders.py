@@ -15,7 +15,7 @@ from spinewatch.detection.preprocess import to_gray
 from spinewatch.detection.surgical_field import SurgicalField
 from spinewatch.parallel import both
 from spinewatch.pipeline import Parameters
-from spinewatch.pipeline import find_balls as find_balls_of_view
+from spinewatch.pipeline import find_balls as find_balls_of_pair
 
 Places = tuple[Float, Float]
 """Places (n, 2) in the left and in the right image, best first."""
@@ -59,7 +59,7 @@ def contenders(fields: Mapping[BallView, SurgicalField]) -> dict[str, Contender]
 def find_balls(scene: BallScene) -> tuple[Detection, Detection]:
     """Return the detections of both views with refined centres, as the pipeline makes them."""
     rig = scene.scene.rig
-    return both(lambda view: find_balls_of_view(view.image, view.side, rig, Parameters()), *scene.views)
+    return find_balls_of_pair((scene.left.image, scene.right.image), rig, Parameters())
 
 
 def _detect(view: BallView, parameters: DetectionParameters) -> Detection:

@@ -12,8 +12,15 @@ from numpy.typing import NDArray
 from spinewatch.camera import Camera, Rig
 from spinewatch.correspondence.candidates import range_limits_mm
 from spinewatch.correspondence.rig_check import RigCheck, RigCheckParameters
-from spinewatch.detection.centres import CentreParameters, View, refine_centres
+from spinewatch.detection.centres import (
+    CentreParameters,
+    Ranking,
+    View,
+    rank_features,
+    settle_centres,
+)
 from spinewatch.detection.detector import Detection, DetectionParameters, detect
+from spinewatch.detection.lamp import expected_lamp
 from spinewatch.detection.templates import Side, TemplateSet, default_template_set
 from spinewatch.errors import ImageSizeError, ParameterError, SameImageError
 from spinewatch.flags import Flag
@@ -107,11 +114,6 @@ def measure_stage(
     if left.shape == right.shape and np.array_equal(left, right):
         raise SameImageError("left and right are the same picture; send the pair that the two cameras took")
 
-    def search(side: Side) -> Detection:
-        if side == "left":
-            return find_balls(left, side, rig, parameters, templates)
-        return find_balls(right, side, rig, parameters, templates)
-
     def match(with_rig: Rig) -> TriadSearch:
         return match_triads(
             left_found.features,
@@ -125,7 +127,7 @@ def measure_stage(
         )
 
     progress("detect", 0.0)
-    left_found, right_found = both(search, *SIDES)
+    left_found, right_found = find_balls((left, right), rig, parameters, templates)
     progress("match", 0.7)
     matched, rig_check, rig_flags = check_search(
         match, left_found.features, right_found.features, rig, parameters.rig_check
@@ -145,30 +147,24 @@ def measure_stage(
 
 
 def find_balls(
-    image: Image,
-    side: Side,
+    images: tuple[Image, Image],
     rig: Rig,
     parameters: Parameters,
     templates: TemplateSet | None = None,
-) -> Detection:
-    """Return what a view's image (H, W) shows: its features, with centres, covariances and scores settled."""
-    number = SIDES.index(side)
-    camera, ball_px = (rig.left, rig.right)[number], nominal_ball_px(rig, parameters)[number]
-    found = detect(image, side, ball_px, parameters.detection, templates)
-    lamp = lamp_direction(rig, camera, nominal_ranges_mm(rig, parameters)[number])
-    view = View(camera, image, found.features, ball_px, lamp)
-    return replace(found, features=refine_centres(view, parameters.centres))
+) -> tuple[Detection, Detection]:
+    """Return what the left and the right image (H, W) show: features with centres, covariances and scores settled."""
+    sizes, ranges = nominal_ball_px(rig, parameters), nominal_ranges_mm(rig, parameters)
 
+    def search(number: int) -> tuple[Detection, Ranking]:
+        camera, ball_px = (rig.left, rig.right)[number], sizes[number]
+        found = detect(images[number], SIDES[number], ball_px, parameters.detection, templates)
+        lamp = expected_lamp(rig, camera, ranges[number])
+        view = View(camera, images[number], found.features, ball_px, lamp)
+        return found, rank_features(view, parameters.centres)
 
-def lamp_direction(rig: Rig, camera: Camera, range_mm: float) -> NDArray[np.float64]:
-    """Return where the lamp, between the cameras, should hang in a camera's picture.
-
-    The components u and v (2,) of the unit vector to it, seen from the point of the camera's axis at a range;
-    zero would be a lamp at the camera itself.
-    """
-    field = camera.centre - range_mm * camera.M[2]
-    toward = camera.M @ ((rig.left.centre + rig.right.centre) / 2 - field)
-    return np.asarray(toward[:2] * (1, -1) / np.linalg.norm(toward))
+    (left, left_ranking), (right, right_ranking) = both(search, 0, 1)
+    settled = settle_centres((left_ranking, right_ranking), parameters.centres)
+    return replace(left, features=settled[0]), replace(right, features=settled[1])
 
 
 def nominal_ball_px(rig: Rig, parameters: Parameters) -> tuple[tuple[float, float], tuple[float, float]]:

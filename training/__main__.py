@@ -37,9 +37,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Train both networks; return the exit status."""
     parser = argparse.ArgumentParser(prog="python -m training", description=__doc__)
     parser.add_argument("--out", type=Path, required=True, help="file of the weights")
-    parser.add_argument("--examples", type=int, nargs=2, default=(96_000, 24_000), metavar=("SMALL", "LARGE"))
     parser.add_argument(
-        "--epochs", type=int, nargs=3, default=(16, 24, 16), metavar=("SCOUT", "SMALL", "LARGE")
+        "--examples", type=int, nargs=2, default=(144_000, 36_000), metavar=("SMALL", "LARGE")
+    )
+    parser.add_argument(
+        "--epochs", type=int, nargs=3, default=(16, 40, 24), metavar=("SCOUT", "SMALL", "LARGE")
     )
     parser.add_argument("--seed", type=int, default=1995)
     parser.add_argument("--processes", type=int, default=2, help="that draw examples")

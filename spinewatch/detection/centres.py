@@ -1,9 +1,9 @@
-"""Centres of balls: networks look at every promising feature and say what it is and where.
+"""Centres: networks look at every promising feature and say what it is and where.
 
-The scout, a small network, ranks the features and measures what all balls of a view share but the rig does not tell:
-how large they are, since the wound may lie nearer or further than where the cameras' axes meet, and where the lamp
-hangs, whose reflection is the sharpest mark on a ball but not at its centre. The judge, a larger one, looks at the best
-of them, knows both, and starts where the scout found the centre.
+The scout, a small network, ranks the features. The judge, a larger one, looks at the best of them, three times. First,
+at a few, for what all balls share but the rig does not tell: how large they are, since the wound may lie nearer or
+further than where the cameras' axes meet, and where the lamp hangs. Then at all of them, knowing both; and at the
+best once more, turned by half a turn: what a network gets wrong by itself is seldom the same the other way round.
 """
 
 from __future__ import annotations
@@ -16,31 +16,39 @@ from scipy.spatial import cKDTree
 
 from spinewatch.camera import Camera
 from spinewatch.detection.ball_net import BallNet, BallNets, Sightings, default_ball_nets, look
-from spinewatch.detection.patches import cut_patches, patch_tone
+from spinewatch.detection.lamp import Reflections, measured_lamp
+from spinewatch.detection.patches import Single, cut_patches, patch_tone
 from spinewatch.detection.preprocess import to_gray
 from spinewatch.features import Features
+from spinewatch.parallel import both
 
 Float = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class CentreParameters:
-    """Parameters of ``refine_centres``; lengths are in radii of the ball.
+    """Parameters of centres; lengths are in radii of the ball.
 
-    ``judged``: how many of the best features of a view the judge looks at; ``kept``: how many are handed on.
-    ``likely``: features count for what balls share that are balls with at least these odds, if there are
-    ``least_likely`` of them. ``same``: features whose centres come closer than this are one. ``reach``: how far
-    a centre may lie from its feature. ``misfit``: standard deviation per axis of what simulated pictures do not
-    know of real ones. ``most_odds``: a network's log-odds count up to this, and a template's likeness of 1 as
-    ``likeness`` of them: what looks like a ball to one may be a clot to the other.
+    ``judged``: how many of the best features of a view the judge looks at, ``asked`` of them first for what balls
+    share, ``turned`` of them once more; ``kept``: how many are handed on. ``likely``: features count for what balls
+    share that are balls with at least these odds, if there are ``least_likely`` of them. ``lamp_sd``: how far
+    from midway between the cameras the lamp may hang, radians an axis. ``same``: features whose centres come closer
+    than this are one. ``reach``: how far a centre may lie from its feature. ``alike``: correlation of the errors of a
+    look and one that is turned, as on simulated pictures. ``misfit``: standard deviation per axis
+    of what simulated pictures do not know of real ones. ``most_odds``: a network's log-odds count up to this, and a
+    template's likeness of 1 as ``likeness`` of them: what looks like a ball to one may be a clot to the other.
     """
 
     judged: int = 60
+    asked: int = 24
+    turned: int = 24
     kept: int = 150
     likely: float = 3.0
     least_likely: int = 4
+    lamp_sd: float = 0.11
     same: float = 0.4
     reach: float = 0.7
+    alike: float = 0.8
     misfit: float = 0.008
     most_odds: float = 6.0
     likeness: float = 20.0
@@ -60,39 +68,94 @@ class View:
     lamp: Float
 
 
-def refine_centres(view: View, parameters: CentreParameters, nets: BallNets | None = None) -> Features:
-    """Return a view's features with centres, covariances and scores settled, likeliest balls first.
+@dataclass(frozen=True, eq=False)
+class Ranking:
+    """A view's n features as the scout ranked them, and what the balls among them share.
+
+    ``tone`` (H, W) of the image; ``centre`` (n, 2), px, ``covariance`` (n, 2, 2), px², ``visible`` (n,) and ``score``
+    (n,) so far; ``ball`` (2,), px, the size of balls; ``reflections`` of the lamp in the likely ones.
+    """
+
+    view: View
+    judge: BallNet
+    tone: Single
+    centre: Float
+    covariance: Float
+    visible: Float
+    score: Float
+    ball: Float
+    reflections: Reflections
+
+
+def rank_features(view: View, parameters: CentreParameters, nets: BallNets | None = None) -> Ranking:
+    """Return a view's features as the scout ranks them, with the size of balls and the lamp by the best of them."""
+    p, features, nets = parameters, view.features, nets or default_ball_nets()
+    tone, ball = patch_tone(to_gray(view.image)), np.array(view.ball_px)
+    judge = nets.judge(view.ball_px[0])
+    seen, centre = _look_at(_Look(nets.scout, tone, ball, view.lamp, False, p.reach), features.xy_px)
+    covariance, score = _covariance(seen, ball, p), _score(seen, features.score, p)
+    ratio = _size(seen, p)
+    asked = np.argsort(-score, kind="stable")[: p.asked]
+    # Balls that look larger are nearer, and there the lamp stands further from the camera's axis.
+    first = _Look(judge, tone, ball * ratio, view.lamp * ratio, False, p.reach)
+    answer, centre[asked] = _look_at(first, centre[asked])
+    likely = answer.log_odds > np.log(p.likely)
+    reflections = Reflections(view.camera, first.lamp, answer.lamp[likely], answer.lamp_sd[likely])
+    ball = first.ball * _size(answer, p)
+    return Ranking(view, judge, tone, centre, covariance, seen.visible, score, ball, reflections)
+
+
+def settle_centres(
+    rankings: tuple[Ranking, Ranking], parameters: CentreParameters
+) -> tuple[Features, Features]:
+    """Return the features of both views with centres, covariances and scores settled, likeliest balls first.
 
     The score joins the network's odds of a ball and the likeness of templates. Features that turn out to be the same
     ball are one.
     """
-    p, features = parameters, view.features
-    if not len(features):
-        return features
-    nets = nets or default_ball_nets()
-    tone = patch_tone(to_gray(view.image))
+    known = max(len(r.reflections.sd) for r in rankings) >= parameters.least_likely
+    lamps = measured_lamp([r.reflections for r in rankings], parameters.lamp_sd)
+    left, right = zip(rankings, lamps, strict=True)
+    return both(lambda part: _settle(*part, known, parameters), left, right)
 
-    def look_at(
-        net: BallNet, places: Float, ball: Float, lamp: Float, known: bool
-    ) -> tuple[Sightings, Float]:
-        pixel = np.rint(places).astype(np.intp)
-        sightings = look(net, cut_patches(tone, pixel, (ball[0], ball[1]), net.grid), lamp, known)
-        return sightings, pixel + sightings.offset.clip(-p.reach, p.reach) * (ball / 2)
 
-    nominal = np.array(view.ball_px)
-    scouted, centre = look_at(nets.scout, features.xy_px, nominal, view.lamp, False)
-    covariance, visible = _covariance(scouted, nominal, p), scouted.visible
-    score = _score(scouted, features.score, p)
-    ball, lamp, known = _common(scouted, nominal, view.lamp, p)
+def _settle(ranking: Ranking, lamp: Float, known: bool, p: CentreParameters) -> Features:
+    r, ball = ranking, ranking.ball
+    centre, covariance, visible, score = (a.copy() for a in (r.centre, r.covariance, r.visible, r.score))
+    look = _Look(r.judge, r.tone, ball, lamp, known, p.reach)
     best = np.argsort(-score, kind="stable")[: p.judged]
-    judge = nets.judge(view.ball_px[0])
-    judged, centre[best] = look_at(judge, centre[best], ball, lamp, known)
-    covariance[best], visible[best] = _covariance(judged, ball, p), judged.visible
-    score[best] = _score(judged, features.score[best], p)
+    seen, centre[best] = _look_at(look, centre[best])
+    covariance[best], visible[best] = _covariance(seen, ball, p), seen.visible
+    score[best] = _score(seen, r.view.features.score[best], p)
+    best = np.argsort(-score, kind="stable")[: p.turned]
+    seen, again = _look_at(look, centre[best], turned=True)
+    centre[best] = (centre[best] + again) / 2
+    covariance[best] = (covariance[best] + _covariance(seen, ball, p)) / 2 * ((1 + p.alike) / 2)
     order = np.argsort(-score, kind="stable")
     order = order[_distinct(centre[order] / (ball / 2), p.same)][: p.kept]
-    settled = centre[order] - outline_offsets(view.camera, centre[order], ball[0])
+    settled = centre[order] - outline_offsets(r.view.camera, centre[order], ball[0])
     return Features(settled, score[order], covariance[order], visible[order])
+
+
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """How to look: which network at which picture, the size of balls (2,), px, the lamp (2,) and is it measured."""
+
+    net: BallNet
+    tone: Single
+    ball: Float
+    lamp: Float
+    known: bool
+    reach: float
+
+
+def _look_at(how: _Look, places: Float, turned: bool = False) -> tuple[Sightings, Float]:
+    """Return what is seen at places (n, 2), px, and the centres (n, 2), px, of outlines; ``turned`` by half a turn."""
+    pixel = np.rint(places).astype(np.intp)
+    patches = cut_patches(how.tone, pixel, (how.ball[0], how.ball[1]), how.net.grid)
+    way = -1 if turned else 1
+    seen = look(how.net, patches[:, ::way, ::way], way * how.lamp, how.known)
+    return seen, pixel + (way * seen.offset).clip(-how.reach, how.reach) * (how.ball / 2)
 
 
 def outline_offsets(camera: Camera, outline_px: Float, width_px: float) -> Float:
@@ -110,17 +173,10 @@ def outline_offsets(camera: Camera, outline_px: Float, width_px: float) -> Float
     return np.asarray(outwards / (pitch * (1, -1)))
 
 
-def _common(
-    seen: Sightings, nominal_px: Float, lamp: Float, p: CentreParameters
-) -> tuple[Float, Float, bool]:
-    """Return what a view's likely balls share: their size in px, the lamp's place, and whether that is known."""
+def _size(seen: Sightings, p: CentreParameters) -> float:
+    """Return by what factor the likely balls of a view are larger than thought."""
     likely = seen.log_odds > np.log(p.likely)
-    if likely.sum() < p.least_likely:
-        return nominal_px, lamp, False
-    size = np.exp(np.median(seen.log_size[likely]))
-    weight = seen.lamp_sd[likely] ** -2.0
-    place = weight @ seen.lamp[likely] / weight.sum()
-    return nominal_px * size, place, True
+    return float(np.exp(np.median(seen.log_size[likely]))) if likely.sum() >= p.least_likely else 1.0
 
 
 def _score(seen: Sightings, likeness: Float, p: CentreParameters) -> Float:

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy import stats
 
 from spinewatch.detection.ball_net import (
+    UNITS,
     Sightings,
     default_ball_nets,
     look,
@@ -44,7 +46,10 @@ def test_centres_are_a_fiftieth_of_a_radius_off_and_their_covariance_says_so(
     error = (examples.offset - sightings.offset)[clear(examples)]
     assert np.median(np.abs(error)) < 0.022
     chi2 = np.einsum("ni,nij,nj->n", error, np.linalg.inv(sightings.covariance[clear(examples)]), error)
-    assert np.median(chi2) == pytest.approx(1.39, rel=0.3)  # of two degrees of freedom
+    # Errors follow Student's t in two dimensions, of as many degrees of freedom as they were weighed by in training.
+    freedom = UNITS["freedom"]
+    wanted = 2 * stats.f(2, freedom).median() * (freedom - 2) / freedom
+    assert np.median(chi2) == pytest.approx(wanted, rel=0.3)
 
 
 def test_sizes_and_hidden_parts_are_seen(seen: tuple[Examples, Sightings]) -> None:

@@ -16,6 +16,7 @@ from spinewatch.simulation.pictures.worlds import (
     Ground,
     Lamp,
     Material,
+    Surround,
     World,
     draw_textures,
     draw_world,
@@ -33,10 +34,28 @@ def unit(x: float, y: float, z: float) -> Float:
 def plain_world(lamp: Lamp, depth: float = 3.0) -> World:
     flat = np.zeros((16, 16), np.float32)
     ground = Ground(
-        depth, UP, flat, 1.0, np.zeros(2, np.float32), 0.0, 0.4, 0.0, 0.0, 1.0, 1.0, 0.0, 1e6, 10.0, 0.0, 1.0
+        depth=depth,
+        normal=UP,
+        texture=flat,
+        scale=1.0,
+        origin=np.zeros(2, np.float32),
+        turn_rad=0.0,
+        albedo=0.4,
+        contrast=0.0,
+        gloss=0.0,
+        gloss_scale=1.0,
+        gloss_level=1.0,
+        pit=1.0,
+        pit_scale=1.0,
+        pit_level=1.0,
+        relief=0.0,
+        extent=1e6,
+        rim=10.0,
+        rise=0.0,
+        steep=1.0,
     )
     ball = Ball(np.zeros(3, np.float32), 1.0, BLACK)
-    return World((ball,), (), ground, (lamp,), 0.02, True, UP)
+    return World((ball,), (), ground, (lamp,), 0.02, Surround(0.0, 0.0), True, UP)
 
 
 def view(reach: float, n: int = 401) -> tuple[Float, Float]:
@@ -65,8 +84,8 @@ def test_the_shadow_lies_away_from_the_lamp_by_the_height_of_the_ball() -> None:
     assert y[shadow].mean() == pytest.approx(0.0, abs=0.05)
 
 
-@pytest.mark.parametrize(("r", "reflectance"), [(0.0, 0.04), (0.6, 0.0403)])
-def test_the_room_is_mirrored_by_schlick_s_reflectance(r: float, reflectance: float) -> None:
+@pytest.mark.parametrize(("r", "reflectance"), [(0.0, 0.04), (0.6, 0.0439), (0.69, 0.0488)])
+def test_the_room_is_mirrored_by_fresnel_s_reflectance(r: float, reflectance: float) -> None:
     world = plain_world(Lamp(UP, 0.01, 0.0))
     x = np.array([[r]], np.float32)
     radiance, _ = trace(world, x, 0 * x)
@@ -81,6 +100,16 @@ def test_walls_are_mirrored_where_else_the_room_is() -> None:
     glow = 0.4 * (1 / np.pi + world.ambient)
     assert wall[0, 0] / room[0, 0] == pytest.approx(0.5 * glow / world.ambient, rel=0.02)
     assert wall[1, 0] == room[1, 0]
+
+
+def test_pits_are_dark_and_lie_where_the_texture_is_low() -> None:
+    world = plain_world(Lamp(UP, 0.01, 1.0))
+    texture = np.where(np.arange(16) < 8, -2.0, 0.0).astype(np.float32)[None].repeat(16, axis=0)
+    pitted = replace(world, ground=replace(world.ground, texture=texture, pit=0.1))
+    x = np.array([[3.5, 12.0]], np.float32)  # both clear of the ball and its shadow
+    (even,), (dark,) = trace(world, x, 0 * x)[0], trace(pitted, x, 0 * x)[0]
+    assert dark[0] == pytest.approx(0.1 * even[0])
+    assert dark[1] == even[1]
 
 
 def test_a_bench_is_even_and_its_light_comes_from_everywhere() -> None:

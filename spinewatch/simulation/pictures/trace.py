@@ -10,6 +10,10 @@ from spinewatch.simulation.pictures.worlds import Bar, Float, Ground, Lamp, Mate
 
 _LEVEL = 0.05
 """A ray that falls less than this over its length never meets the ground."""
+_DIELECTRIC = 0.2
+"""Surfaces that reflect less than this at normal incidence are clear coats, others metals."""
+_SOFT = 0.1
+"""Over so much of the sine of the elevation what stands about the wound gives way to the room."""
 _LONGEST = 30_000
 """Places that OpenCV looks up at once; more than 32,767 in a row are beyond it."""
 
@@ -66,7 +70,7 @@ def _cover(
 def _shade(world: World, point: Float, normal: Float, material: Material) -> Float:
     """Return the radiance (k,) of surface points (3, k): diffuse, mirrored lamps, and mirrored ground or room."""
     cosine = normal[2].clip(0.02, 1)
-    fresnel = material.f0 + (1 - material.f0) * (1 - cosine) ** 5
+    fresnel = _reflectance(material.f0, cosine)
     paint = material.albedo * (1 - fresnel) / (1 - material.f0)
     out = np.asarray(paint * world.ambient, dtype=np.float32)
     for lamp in world.lamps:
@@ -88,8 +92,22 @@ def _glint(lamp: Lamp, normal: Float, cosine: Float, toward: Float, material: Ma
     ggx = alpha2 / (c2 * (alpha2 - 1) + 1) ** 2
     beckmann = np.exp((c2 - 1) / (c2 * alpha2)) / (alpha2 * c2 * c2)
     density = (material.tail * ggx + (1 - material.tail) * beckmann) / np.float32(np.pi)
-    fresnel = material.f0 + (1 - material.f0) * (1 - half[2]) ** 5
+    fresnel = _reflectance(material.f0, half[2:])
     return np.asarray(lamp.irradiance * fresnel * density * (toward > 0) / (4 * cosine), dtype=np.float32)
+
+
+def _reflectance(f0: float, cosine: Float) -> Float:
+    """Return what part of the light is mirrored: Fresnel's equations for a clear coat, Schlick's formula for metal.
+
+    Schlick's is a fifth too low for a coat at 50 to 60 degrees, where a ball mirrors the ground.
+    """
+    if f0 > _DIELECTRIC:
+        return np.asarray(f0 + (1 - f0) * (1 - cosine) ** 5)
+    n = np.float32((1 + np.sqrt(f0)) / (1 - np.sqrt(f0)))
+    inside = np.sqrt(1 - (1 - cosine * cosine) / n**2)
+    across = (cosine - n * inside) / (cosine + n * inside)
+    along = (n * cosine - inside) / (n * cosine + inside)
+    return np.asarray((across * across + along * along) / 2)
 
 
 def _mirrored(world: World, point: Float, direction: Float) -> Float:
@@ -101,7 +119,7 @@ def _mirrored(world: World, point: Float, direction: Float) -> Float:
     to_rim = ground.rim / np.sqrt((1 - fall * fall).clip(1e-4))
     left = height - to_rim * fall  # above the ground where the walls stand
     down = (height > 0) & ((left <= 0) & (fall > _LEVEL) | (left < ground.rise))
-    out = np.full(fall.shape, world.ambient, np.float32)
+    out = _room(world, -fall)
     if down.any():
         fall, wall = fall[down], left[down] > 0
         way = np.where(wall, to_rim[down], height[down] / fall.clip(_LEVEL))
@@ -111,10 +129,19 @@ def _mirrored(world: World, point: Float, direction: Float) -> Float:
     return out
 
 
+def _room(world: World, rise: Float) -> Float:
+    """Return the radiance (k,) of the room: even, but for what stands about the wound, as high as ``rise`` (k,)."""
+    about = world.surround
+    return np.asarray(world.ambient + about.radiance * ((about.height - rise) / _SOFT + 0.5).clip(0, 1))
+
+
 def _ground_radiance(world: World, x: Float, y: Float, z: Float) -> Float:
     ground = world.ground
     paint = _texture(ground, x, y, ground.scale)
     albedo = np.minimum(ground.albedo * np.exp(ground.contrast * paint), 0.9)
+    if ground.pit < 1:
+        deep = -_texture(ground, x, y, ground.scale * ground.pit_scale) - ground.pit_level
+        albedo = albedo * (1 - (1 - ground.pit) * (8 * deep).clip(0, 1))
     light = np.full(x.shape, np.pi * world.ambient, np.float32) * _openness(world, x, y, z)
     for lamp in world.lamps:
         falling = float(ground.normal @ lamp.direction)

@@ -67,9 +67,11 @@ class Ground:
 
     ``texture`` (n, n) of zero mean and unit variance, taken at ``scale`` texels a radius from ``origin`` (2,) and
     turned by ``turn_rad``; the albedo is ``albedo exp(contrast texture)``. Where the texture, taken ``gloss_scale``
-    finer, exceeds ``gloss_level``, it is wet and shines with ``gloss`` times the albedo. Flesh is rough: seen from the
-    side it is darker than from above, by the cosine to the power of ``relief``; and the lamps' light ends: half as
-    bright ``extent`` away. ``rim`` away the ground rises to walls, ``rise`` high and ``steep`` times as bright.
+    finer, exceeds ``gloss_level``, it is wet and shines with ``gloss`` times the albedo; where, taken ``pit_scale``
+    finer, it falls below ``-pit_level``, there is a pit or a clot, and ``pit`` times the albedo is left. Flesh is
+    rough: seen from the side it is darker than from above, by the cosine to the power of ``relief``; and the lamps'
+    light ends: half as bright ``extent`` away. ``rim`` away the ground rises to walls, ``rise`` high and ``steep``
+    times as bright.
     """
 
     depth: float
@@ -83,11 +85,25 @@ class Ground:
     gloss: float
     gloss_scale: float
     gloss_level: float
+    pit: float
+    pit_scale: float
+    pit_level: float
     relief: float
     extent: float
     rim: float
     rise: float
     steep: float
+
+
+@dataclass(frozen=True)
+class Surround:
+    """Lit drapes, retractors and people about the wound: ``radiance`` up to the sine ``height`` of the elevation."""
+
+    radiance: float
+    height: float
+
+
+_NOTHING = Surround(0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +119,7 @@ class World:
     ground: Ground
     lamps: tuple[Lamp, ...]
     ambient: float
+    surround: Surround
     present: bool
     up: Float
 
@@ -112,8 +129,10 @@ def draw_world(rng: np.random.Generator, textures: Float, present: bool) -> Worl
     up = _draw_up(rng)
     ground = _draw_ground(rng, textures, up)
     lamps, ambient = _draw_light(rng, up)
+    surround = _draw_surround(rng)
     if rng.random() < _BENCH:
         ground, lamps, ambient = _draw_bench(rng, ground, lamps)
+        surround = _NOTHING
     balls, bars = [], []
     black = Material(
         _log_uniform(rng, 0.002, 0.04), rng.uniform(0.03, 0.14), rng.uniform(0.03, 0.06), _draw_tail(rng)
@@ -129,9 +148,10 @@ def draw_world(rng: np.random.Generator, textures: Float, present: bool) -> Worl
         balls.append(Ball(centre, 1.0 if rng.random() < 0.8 else rng.uniform(0.3, 0.8), black))
         if rng.random() < 0.7:
             bars += _draw_legs(rng, centre, legs)
-    if rng.random() < 0.25:
+    if rng.random() < 0.35:
         bars.append(_draw_rod(rng, ground.depth))
-    return World(tuple(balls), tuple(bars), ground, lamps, ambient, present, up)
+    balls += [_draw_lump(rng, ground) for _ in range(rng.choice(3, p=(0.7, 0.2, 0.1)))]
+    return World(tuple(balls), tuple(bars), ground, lamps, ambient, surround, present, up)
 
 
 def draw_textures(rng: np.random.Generator, count: int, size: int) -> Float:
@@ -186,6 +206,9 @@ def _draw_ground(rng: np.random.Generator, textures: Float, up: Float) -> Ground
         gloss=_log_uniform(rng, 0.3, 10.0) if rng.random() < 0.6 else 0.0,
         gloss_scale=rng.uniform(0.5, 2.0),
         gloss_level=rng.uniform(1.2, 3.0),
+        pit=_log_uniform(rng, 0.03, 0.6) if rng.random() < 0.5 else 1.0,
+        pit_scale=rng.uniform(0.3, 2.0),
+        pit_level=rng.uniform(0.3, 2.0),
         relief=max(rng.uniform(-2.0, 2.0), 0.0),
         extent=_log_uniform(rng, 10.0, 1000.0),
         rim=_log_uniform(rng, 5.0, 40.0),
@@ -204,6 +227,7 @@ def _draw_bench(
         albedo=rng.uniform(0.4, 0.85),
         contrast=_log_uniform(rng, 0.003, 0.1),
         gloss=0.0,
+        pit=1.0,
         relief=0.0,
         extent=1000.0,
         rise=0.0,
@@ -230,6 +254,12 @@ def _draw_light(rng: np.random.Generator, up: Float) -> tuple[tuple[Lamp, ...], 
             for part in rng.dirichlet(np.ones(rng.integers(1, 6)))
         ]
     return tuple(lamps), float(_log_uniform(rng, 0.01, 0.15) + 0.1 * rest)
+
+
+def _draw_surround(rng: np.random.Generator) -> Surround:
+    if rng.random() < 0.5:
+        return _NOTHING
+    return Surround(_log_uniform(rng, 0.01, 0.2), rng.uniform(0.0, 0.8))
 
 
 def _draw_metal(rng: np.random.Generator) -> Material:
@@ -273,6 +303,18 @@ def _draw_decoy(rng: np.random.Generator, black: Material) -> Ball:
         radius = rng.uniform(0.25, 0.7) if rng.random() < 0.7 else rng.uniform(1.5, 2.5)
         return Ball(_beside(rng, rng.uniform(0, 0.3), rng.normal(-0.5, 0.5)), radius, black)
     return Ball(_beside(rng, rng.uniform(0.8, 2.0), 0.0), 1.0, black)
+
+
+def _draw_lump(rng: np.random.Generator, ground: Ground) -> Ball:
+    """Return a lump of flesh or gauze or the head of a screw beside the ball, lower or before a part of it."""
+    kind = rng.choice(("flesh", "gauze", "screw"), p=(0.6, 0.15, 0.25))
+    radius = rng.uniform(0.5, 2.0 if kind == "screw" else 3.0)
+    if kind == "screw":
+        material = _draw_metal(rng)
+    else:
+        albedo = ground.albedo * rng.uniform(0.4, 2.0) if kind == "flesh" else rng.uniform(0.6, 0.9)
+        material = Material(min(albedo, 0.9), rng.uniform(0.2, 0.5), 0.03, 0.0)
+    return Ball(_beside(rng, radius + rng.uniform(0.2, 2.5), rng.uniform(-4.0, 0.5)), radius, material)
 
 
 def _beside(rng: np.random.Generator, distance: float, height: float) -> Float:
