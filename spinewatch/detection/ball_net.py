@@ -7,18 +7,15 @@ from the camera, since a lamp that lights a ball from its right also shades its 
 
 from __future__ import annotations
 
-import io
-import json
-import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spinewatch.detection.array_file import reading_arrays, write_arrays
 from spinewatch.detection.patches import PatchGrid, Single
 from spinewatch.errors import BallNetError
 
@@ -158,7 +155,7 @@ def _run(layers: Sequence[Layer], x: Single, lamp: Single) -> Single:
 
 
 def write_ball_nets(nets: BallNets) -> bytes:
-    """Return the bytes of a file of networks (npz without pickles), the scout first, weights at half precision."""
+    """Return the bytes of a file of networks, the scout first, weights at half precision."""
     every = (nets.scout, *nets.judges)
     about = [
         {
@@ -169,44 +166,41 @@ def write_ball_nets(nets: BallNets) -> bytes:
         }
         for n in every
     ]
-    arrays: dict[str, Any] = {"about": np.frombuffer(json.dumps(about).encode(), np.uint8)}
-    for i, net in enumerate(every):
-        for j, layer in enumerate(net.layers):
-            for part in ("weights", "bias", "lamp"):
-                if getattr(layer, part) is not None:
-                    arrays[f"{i}_{j}_{part}"] = getattr(layer, part).astype(np.float16)
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, **arrays)
-    return buffer.getvalue()
+    arrays = {
+        f"{i}_{j}_{part}": getattr(layer, part).astype(np.float16)
+        for i, net in enumerate(every)
+        for j, layer in enumerate(net.layers)
+        for part in ("weights", "bias", "lamp")
+        if getattr(layer, part) is not None
+    }
+    return write_arrays(about, arrays)
 
 
 def read_ball_nets(data: bytes) -> BallNets:
     """Return the networks of a file's bytes; raise ``BallNetError`` when it holds none."""
-    try:
-        with np.load(io.BytesIO(data), allow_pickle=False) as file:
+    none = BallNetError("the file holds no ball network; train one with `python -m training`")
+    with reading_arrays(data, none) as (about, arrays):
 
-            def part(i: int, j: int, name: str) -> Single:
-                return np.asarray(file[f"{i}_{j}_{name}"], dtype=np.float32)
+        def part(name: str) -> Single:
+            return np.asarray(arrays[name], dtype=np.float32)
 
-            scout, *judges = (
-                BallNet(
-                    PatchGrid(int(about["size"]), float(about["radius"])),
-                    float(about["from_px"]),
-                    tuple(
-                        Layer(
-                            part(i, j, "weights"),
-                            part(i, j, "bias"),
-                            int(stride),
-                            part(i, j, "lamp") if f"{i}_{j}_lamp" in file else None,
-                        )
-                        for j, stride in enumerate(about["strides"])
-                    ),
-                )
-                for i, about in enumerate(json.loads(file["about"].tobytes()))
+        scout, *judges = (
+            BallNet(
+                PatchGrid(int(net["size"]), float(net["radius"])),
+                float(net["from_px"]),
+                tuple(
+                    Layer(
+                        part(f"{i}_{j}_weights"),
+                        part(f"{i}_{j}_bias"),
+                        int(stride),
+                        part(f"{i}_{j}_lamp") if f"{i}_{j}_lamp" in arrays else None,
+                    )
+                    for j, stride in enumerate(net["strides"])
+                ),
             )
-            return BallNets(scout, tuple(judges))
-    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
-        raise BallNetError("the file holds no ball network; train one with `python -m training`") from error
+            for i, net in enumerate(about)
+        )
+        return BallNets(scout, tuple(judges))
 
 
 @cache

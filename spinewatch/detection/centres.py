@@ -93,7 +93,7 @@ def rank_features(view: View, parameters: CentreParameters, nets: BallNets | Non
     tone, ball = patch_tone(to_gray(view.image)), np.array(view.ball_px)
     judge = nets.judge(view.ball_px[0])
     seen, centre = _look_at(_Look(nets.scout, tone, ball, view.lamp, False, p.reach), features.xy_px)
-    covariance, score = _covariance(seen, ball, p), _score(seen, features.score, p)
+    covariance, score = _covariance(seen, ball), _score(seen, features.score, p)
     ratio = _size(seen, p)
     asked = np.argsort(-score, kind="stable")[: p.asked]
     # Balls that look larger are nearer, and there the lamp stands further from the camera's axis.
@@ -125,16 +125,17 @@ def _settle(ranking: Ranking, lamp: Float, known: bool, p: CentreParameters) -> 
     look = _Look(r.judge, r.tone, ball, lamp, known, p.reach)
     best = np.argsort(-score, kind="stable")[: p.judged]
     seen, centre[best] = _look_at(look, centre[best])
-    covariance[best], visible[best] = _covariance(seen, ball, p), seen.visible
+    covariance[best], visible[best] = _covariance(seen, ball), seen.visible
     score[best] = _score(seen, r.view.features.score[best], p)
     best = np.argsort(-score, kind="stable")[: p.turned]
     seen, again = _look_at(look, centre[best], turned=True)
     centre[best] = (centre[best] + again) / 2
-    covariance[best] = (covariance[best] + _covariance(seen, ball, p)) / 2 * ((1 + p.alike) / 2)
+    covariance[best] = (covariance[best] + _covariance(seen, ball)) / 2 * ((1 + p.alike) / 2)
     order = np.argsort(-score, kind="stable")
     order = order[_distinct(centre[order] / (ball / 2), p.same)][: p.kept]
     settled = centre[order] - outline_offsets(r.view.camera, centre[order], ball[0])
-    return Features(settled, score[order], covariance[order], visible[order])
+    unknown = np.diag(np.square(p.misfit * ball / 2))
+    return Features(settled, score[order], covariance[order] + unknown, visible[order])
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,9 +186,8 @@ def _score(seen: Sightings, likeness: Float, p: CentreParameters) -> Float:
     return np.asarray((likeness + (odds + p.most_odds) / p.likeness) / (1 + 2 * p.most_odds / p.likeness))
 
 
-def _covariance(seen: Sightings, ball_px: Float, p: CentreParameters) -> Float:
-    radii = ball_px / 2
-    return np.asarray((seen.covariance + p.misfit**2 * np.eye(2)) * np.outer(radii, radii))
+def _covariance(seen: Sightings, ball_px: Float) -> Float:
+    return np.asarray(seen.covariance * np.outer(ball_px, ball_px) / 4)
 
 
 def _distinct(places: Float, least: float) -> NDArray[np.intp]:

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import io
-import json
-import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from spinewatch.detection.array_file import reading_arrays, write_arrays
 from spinewatch.detection.clusters import complete_link
 from spinewatch.detection.edges import PropertySpace
 from spinewatch.errors import SpinewatchError
@@ -163,33 +161,28 @@ def cut_samples(
 
 
 def write_template_set(templates: TemplateSet) -> bytes:
-    """Return the bytes of a template set file (npz without pickles)."""
+    """Return the bytes of a template set file."""
     about = {"version": templates.version, "diameter_px": templates.diameter_px}
-    arrays: dict[str, Any] = {"about": np.frombuffer(json.dumps(about).encode(), np.uint8)}
-    for (side, space), tree in templates.trees.items():
-        for part in _PARTS:
-            arrays[f"{side}_{space}_{part}"] = getattr(tree, part)
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, **arrays)
-    return buffer.getvalue()
+    arrays = {
+        f"{side}_{space}_{part}": getattr(tree, part)
+        for (side, space), tree in templates.trees.items()
+        for part in _PARTS
+    }
+    return write_arrays(about, arrays)
 
 
 def read_template_set(data: bytes) -> TemplateSet:
     """Return the template set of a file's bytes; raise ``TemplateError`` when it is none."""
-    try:
-        with np.load(io.BytesIO(data), allow_pickle=False) as file:
-            about = json.loads(file["about"].tobytes())
-            trees = {
-                (side, space): TemplateTree(space, *(file[f"{side}_{space}_{part}"] for part in _PARTS))
-                for side in get_args(Side)
-                for space in PropertySpace
-            }
+    with reading_arrays(
+        data, TemplateError("the file is not a template set; build one with `spinewatch templates build`")
+    ) as (about, arrays):
+        trees = {
+            (side, space): TemplateTree(space, *(arrays[f"{side}_{space}_{part}"] for part in _PARTS))
+            for side in get_args(Side)
+            for space in PropertySpace
+        }
         width, height = about["diameter_px"]
         return TemplateSet(str(about["version"]), (float(width), float(height)), trees)
-    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
-        raise TemplateError(
-            "the file is not a template set; build one with `spinewatch templates build`"
-        ) from error
 
 
 @cache
