@@ -11,6 +11,7 @@ import json
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from math import isnan
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -265,7 +266,7 @@ def _outside(found: FoundScene) -> int:
 
 
 def _pair(values: tuple[float, float], sign: str = "") -> str:
-    return ", ".join(f"{value:{sign}.3f}" for value in values)
+    return "-" if any(map(isnan, values)) else ", ".join(f"{value:{sign}.3f}" for value in values)
 
 
 if __name__ == "__main__":
