@@ -41,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--examples", type=int, nargs=2, default=(144_000, 36_000), metavar=("SMALL", "LARGE")
     )
     parser.add_argument(
-        "--epochs", type=int, nargs=3, default=(16, 40, 24), metavar=("SCOUT", "SMALL", "LARGE")
+        "--epochs", type=int, nargs=3, default=(16, 40, 60), metavar=("SCOUT", "SMALL", "LARGE")
     )
     parser.add_argument("--seed", type=int, default=1995)
     parser.add_argument("--processes", type=int, default=2, help="that draw examples")
