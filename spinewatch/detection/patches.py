@@ -48,14 +48,10 @@ def _windows(picture: Single, centre_px: NDArray[np.integer], high: int, wide: i
     rows = (v + np.arange(high)[:, None] - high // 2).clip(0, h - 1)
     first = u - wide // 2
     inside = (first >= 0) & (first + wide <= w)
-    out = np.empty((high, len(u), wide), np.float32)
-    if inside.any():
-        runs = np.lib.stride_tricks.sliding_window_view(picture, wide, axis=1)
-        out[:, inside] = runs[rows[:, inside], first[inside]]
-    if not inside.all():
-        columns = (first[~inside, None] + np.arange(wide)).clip(0, w - 1)
-        out[:, ~inside] = picture[rows[:, ~inside, None], columns]
-    return out
+    if wide <= w and inside.all():
+        return np.asarray(np.lib.stride_tricks.sliding_window_view(picture, wide, axis=1)[rows, first])
+    columns = (first[:, None] + np.arange(wide)).clip(0, w - 1)
+    return np.asarray(picture[rows[:, :, None], columns])
 
 
 def resampling(radius_px: float, grid: PatchGrid) -> Single:

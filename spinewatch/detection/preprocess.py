@@ -91,7 +91,10 @@ def reduce_image(gray: Gray, factor: int) -> Gray:
 
 def gamma_correct(gray: Gray, gamma: float) -> Gray:
     """Return ``255 (v / 255)^(1/gamma)`` (eq. 4.1) of gray levels of 0..255."""
-    return np.asarray(FULL_SCALE * np.power(gray / FULL_SCALE, 1 / gamma), dtype=np.float32)
+    level = gray / np.float32(FULL_SCALE)
+    np.power(level, 1 / gamma, out=level)
+    level *= np.float32(FULL_SCALE)
+    return level
 
 
 def log_tone(gray: Gray, offset: float, blur_px: float) -> Gray:
