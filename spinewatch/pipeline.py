@@ -152,7 +152,11 @@ def find_balls(
     parameters: Parameters,
     templates: TemplateSet | None = None,
 ) -> tuple[Detection, Detection]:
-    """Return what the left and the right image (H, W) show: features with centres, covariances and scores settled."""
+    """Return what the left and the right image (H, W) show: features with centres, covariances and scores settled.
+
+    Raises ``ImageError`` for images that are not gray of 8 or 16 bits, ``ParameterError`` for a rig whose axes do not
+    meet in front of it.
+    """
     sizes, ranges = nominal_ball_px(rig, parameters), nominal_ranges_mm(rig, parameters)
 
     def search(number: int) -> tuple[Detection, Ranking]:

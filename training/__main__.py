@@ -34,7 +34,7 @@ which keeps their detail."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Train both networks; return the exit status."""
+    """Train the networks; return the exit status."""
     parser = argparse.ArgumentParser(prog="python -m training", description=__doc__)
     parser.add_argument("--out", type=Path, required=True, help="file of the weights")
     parser.add_argument(

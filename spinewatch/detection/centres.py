@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from spinewatch.camera import Camera
-from spinewatch.detection.ball_net import BallNet, BallNets, Sightings, default_ball_nets, look
+from spinewatch.detection.ball_net import BallNet, Sightings, default_ball_nets, look
 from spinewatch.detection.lamp import Reflections, measured_lamp
 from spinewatch.detection.patches import Single, cut_patches, patch_tone
 from spinewatch.detection.preprocess import to_gray
@@ -87,9 +87,9 @@ class Ranking:
     reflections: Reflections
 
 
-def rank_features(view: View, parameters: CentreParameters, nets: BallNets | None = None) -> Ranking:
+def rank_features(view: View, parameters: CentreParameters) -> Ranking:
     """Return a view's features as the scout ranks them, with the size of balls and the lamp by the best of them."""
-    p, features, nets = parameters, view.features, nets or default_ball_nets()
+    p, features, nets = parameters, view.features, default_ball_nets()
     tone, ball = patch_tone(to_gray(view.image)), np.array(view.ball_px)
     judge = nets.judge(view.ball_px[0])
     seen, centre = _look_at(_Look(nets.scout, tone, ball, view.lamp, False, p.reach), features.xy_px)

@@ -102,6 +102,15 @@ def test_walls_are_mirrored_where_else_the_room_is() -> None:
     assert wall[1, 0] == room[1, 0]
 
 
+def test_what_stands_about_the_wound_is_mirrored_near_the_horizon_only() -> None:
+    world = plain_world(Lamp(UP, 0.01, 0.0))
+    draped = replace(world, surround=Surround(0.1, 0.5))
+    x = np.array([[0.69], [0.3]], np.float32)  # mirrored just above the horizon, and far above it
+    (room, _), (drapes, _) = trace(world, x, 0 * x), trace(draped, x, 0 * x)
+    assert drapes[0, 0] / room[0, 0] == pytest.approx((0.1 + world.ambient) / world.ambient, rel=1e-3)
+    assert drapes[1, 0] == room[1, 0]
+
+
 def test_pits_are_dark_and_lie_where_the_texture_is_low() -> None:
     world = plain_world(Lamp(UP, 0.01, 1.0))
     texture = np.where(np.arange(16) < 8, -2.0, 0.0).astype(np.float32)[None].repeat(16, axis=0)
