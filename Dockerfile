@@ -4,6 +4,9 @@ COPY requirements.lock /src/
 RUN /opt/spinewatch/bin/pip install --no-cache-dir --require-hashes --requirement /src/requirements.lock
 COPY pyproject.toml README.md /src/
 COPY spinewatch /src/spinewatch
+COPY contract /src/contract
+COPY reports /src/reports
+COPY settings /src/settings
 COPY store /src/store
 COPY workers /src/workers
 COPY service /src/service

@@ -8,7 +8,7 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; 
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check -qq
-SOURCES := spinewatch store workers service commands migrations bench training tests
+SOURCES := spinewatch contract reports settings store workers service commands migrations bench training tests
 SCENES ?= samples
 ARGS ?=
 

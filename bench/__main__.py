@@ -12,7 +12,7 @@ AREAS = {
     "bench.speed [--check] [--json FILE]": "time of one stereo pair beside OpenCV's masked template matching",
     "bench.accuracy DIR [--out FILE]": "both, written to docs/accuracy.md",
     "bench.calibration [--boards DIR] [--scenes DIR] [--check]": "calibration on boards and real data, beside peers",
-    "bench.picture [FILE]": "draws docs/img/result.png, the measured triads of the sample",
+    "bench.figure [FILE]": "draws docs/img/result.png, the measured triads of the sample",
 }
 
 

@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.truth import SIDES, Float, Scene, find_scenes
+from bench.truth import SIDES, Scene, find_scenes
+from spinewatch.arrays import Float, Pixels
 from spinewatch.camera import Camera
-from spinewatch.detection.templates import Side
-from spinewatch.formats.images import Gray, decode_image
+from spinewatch.detection.candidates.templates import Side
+from spinewatch.imaging.decoding import decode_image
 from spinewatch.pipeline import Parameters, nominal_ball_px, nominal_ranges_mm
 
 CLEAR = 0.9
@@ -29,7 +30,7 @@ class BallView:
     """
 
     side: Side
-    image: Gray
+    image: Pixels
     camera: Camera
     ball_px: tuple[float, float]
     range_mm: float

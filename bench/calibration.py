@@ -23,9 +23,9 @@ from bench.calibration_peers import against_dlt, compare
 from bench.calibration_real import chessboards, openptv
 from bench.calibration_tables import table_3_2, table_3_4
 from bench.tables import Bar, Grid, bars
-from spinewatch.calibration.calibrate import calibrate
 from spinewatch.calibration.control_field import pegboard_1995
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot
+from spinewatch.calibration.stereo import calibrate
 from spinewatch.camera import Rig
 from spinewatch.simulation.rigs import converging_rig
 

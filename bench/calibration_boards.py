@@ -12,14 +12,15 @@ from scipy.spatial.transform import Rotation
 from bench.scoring import score_stage
 from bench.tables import Bar, Grid
 from bench.truth import Scene, find_scenes
-from spinewatch.calibration.accuracy import board_angles, common_points, simulated_angles
-from spinewatch.calibration.calibrate import sampled_rigs
+from spinewatch.arrays import Float
 from spinewatch.calibration.control_field import pegboard_1995
 from spinewatch.calibration.from_images import CalibrationResult, calibrate_from_images
-from spinewatch.calibration.placement import Placement
-from spinewatch.calibration.starts import to_camera_space, with_exterior
-from spinewatch.camera import Float, Rig
-from spinewatch.formats.images import decode_image
+from spinewatch.calibration.quality.accuracy import board_angles, common_points, simulated_angles
+from spinewatch.calibration.solve.initial_values import to_camera_space, with_exterior
+from spinewatch.calibration.stereo import sampled_rigs
+from spinewatch.camera import Rig
+from spinewatch.geometry.transforms import RigidTransform
+from spinewatch.imaging.decoding import decode_image
 from spinewatch.pipeline import StageRequest, measure_stage
 
 SIDES = ("left", "right")
@@ -145,7 +146,7 @@ def processed_scenes(boards: Path, scenes: Path) -> list[Bar]:
     """
     result = calibrated(boards)
     truth = json.loads((boards / trials(boards)[0] / "truth.json").read_text())
-    pose = Placement(
+    pose = RigidTransform(
         np.array(truth["board_pose"]["R_object_from_board"]), np.array(truth["board_pose"]["t_mm"])
     )
     ours = in_object_space(result.calibration.rig, pose)
@@ -207,21 +208,20 @@ def _changes(errors: Float) -> tuple[str, ...]:
     )
 
 
-def in_object_space(rig: Rig, pose: Placement) -> Rig:
+def in_object_space(rig: Rig, pose: RigidTransform) -> Rig:
     """Return a rig whose object space was a board's frame, in the space in which that board lies at ``pose``."""
     left, right = (
-        with_exterior(camera, to_camera_space(camera).after(pose.inverse()))
-        for camera in (rig.left, rig.right)
+        with_exterior(camera, to_camera_space(camera) @ pose.inverse()) for camera in (rig.left, rig.right)
     )
     return Rig(rig.name, left, right)
 
 
 def moved_board(
     rng: np.random.Generator, centre: Float, tilt_deg: float = 3.0, shift_mm: float = 12.0
-) -> Placement:
+) -> RigidTransform:
     """Return a small random motion of a board about its centre."""
     R = Rotation.from_rotvec(rng.normal(0, tilt_deg, 3), degrees=True).as_matrix()
-    return Placement(R, centre - R @ centre + rng.normal(0, shift_mm, 3))
+    return RigidTransform(R, centre - R @ centre + rng.normal(0, shift_mm, 3))
 
 
 def _truth_points(truth: dict[str, Any]) -> tuple[dict[str, Any], set[str]]:

@@ -14,13 +14,14 @@ from bench.peers.opencv import opencv_camera, triangulate
 from bench.peers.tsai import tsai_two_stage
 from bench.peers.two_plane import intersect_lines, two_plane
 from bench.tables import Bar, Grid
-from spinewatch.calibration.accuracy import common_points, reconstruct
-from spinewatch.calibration.calibrate import calibrate
+from spinewatch.arrays import Float
 from spinewatch.calibration.control_field import pegboard_1995
-from spinewatch.calibration.dlt import solve_dlt
-from spinewatch.calibration.placement import Placement, absolute_orientation
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot
-from spinewatch.camera import Camera, Float, Rig
+from spinewatch.calibration.quality.accuracy import common_points, reconstruct
+from spinewatch.calibration.solve.dlt import solve_dlt
+from spinewatch.calibration.stereo import calibrate
+from spinewatch.camera import Camera, Rig
+from spinewatch.geometry.transforms import RigidTransform, fit_rigid
 from spinewatch.simulation.rigs import table_3_3_rig
 
 Reconstruct = Callable[[Float, Float], Float]
@@ -71,7 +72,7 @@ def against_dlt(runs: int = 40, sigma_px: float = 0.025) -> list[Bar]:
     sensor = Sensor(rig.left.image_size_px, rig.left.pixel_size_mm)
     fresh: dict[str, list[Float]] = {OURS: [], "DLT with K1 alone": []}
     for _ in range(runs):
-        places = [Placement.identity(), *(moved_board(rng, control.mean(axis=0)) for _ in range(4))]
+        places = [RigidTransform.identity(), *(moved_board(rng, control.mean(axis=0)) for _ in range(4))]
         shots = [table_shot(str(k), TYPICAL, p(control), sigma_px, rng) for k, p in enumerate(places)]
         for name, found in fresh.items():
             found.append(_std(shots[1:], METHODS[name](shots[0], sensor)[1], rigid=True))
@@ -147,7 +148,7 @@ def _std(shots: list[Shot] | tuple[Shot, ...], reconstructed: Reconstruct, *, ri
         _, control, left, right = common_points(shot)
         points = reconstructed(left, right)
         if rigid:
-            points = absolute_orientation(points, control)(points)
+            points = fit_rigid(points, control)(points)
         squares.append((points - control).std(axis=0, ddof=1) ** 2)
     return np.asarray(np.sqrt(np.mean(squares, axis=0)))
 

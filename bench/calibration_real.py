@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from bench.peers.opencv import opencv_camera, opencv_stereo
 from bench.tables import Bar, Grid
-from spinewatch.calibration.blunders import Blunder, BlunderParameters
-from spinewatch.calibration.calibrate import calibrate
-from spinewatch.calibration.dlt import solve_dlt
 from spinewatch.calibration.errors import PlanarFieldError
+from spinewatch.calibration.point_tables import parse_image_points
 from spinewatch.calibration.points import Sensor, Shot
-from spinewatch.calibration.resection import THIRTEEN, SolveParameters, resect
-from spinewatch.formats.control_csv import parse_image_points
+from spinewatch.calibration.solve.blunders import Blunder, BlunderParameters
+from spinewatch.calibration.solve.dlt import solve_dlt
+from spinewatch.calibration.solve.resection import THIRTEEN, SolveParameters, resect
+from spinewatch.calibration.stereo import calibrate
 
 CAVITY = Sensor((1280, 1024), (0.012, 0.012))
 CAVITY_BARS_PX = (0.28, 0.24, 0.37, 0.38)

@@ -6,15 +6,15 @@ import numpy as np
 
 from bench.calibration_boards import moved_board
 from bench.tables import Bar, Grid
-from spinewatch.calibration.accuracy import shot_accuracy
-from spinewatch.calibration.calibrate import calibrate
-from spinewatch.calibration.collinearity import camera_vector
+from spinewatch.arrays import Float
 from spinewatch.calibration.control_field import pegboard_1995
-from spinewatch.calibration.design import visible_in_both
-from spinewatch.calibration.placement import Placement
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot
-from spinewatch.calibration.resection import SolveParameters
-from spinewatch.camera import Float
+from spinewatch.calibration.quality.accuracy import shot_accuracy
+from spinewatch.calibration.solve.collinearity import camera_vector
+from spinewatch.calibration.solve.resection import SolveParameters
+from spinewatch.calibration.stereo import calibrate
+from spinewatch.geometry.transforms import RigidTransform
+from spinewatch.planning.control_field import visible_in_both
 from spinewatch.simulation.rigs import table_3_3_rig
 
 TYPICAL = tuple(str(i) for i in (3, 4, 5, 6, 9, 10, 11, 12, 15, 16, 17, 18))
@@ -52,7 +52,7 @@ def table_3_4() -> list[Bar]:
     runs: list[Float] = []
     for _ in range(RUNS):
         built = control + PEG_MM * rng.standard_normal(control.shape)
-        places = [Placement.identity(), *(moved_board(rng, control.mean(axis=0)) for _ in range(4))]
+        places = [RigidTransform.identity(), *(moved_board(rng, control.mean(axis=0)) for _ in range(4))]
         shots = [
             table_shot(n, TYPICAL, p(built), SIGMA_PX, rng) for n, p in zip("CABDE", places, strict=True)
         ]

@@ -9,16 +9,16 @@ import numpy as np
 
 from bench.balls import BallScene, BallView
 from bench.peers_detection import PEERS, Detector
-from bench.truth import Float
-from spinewatch.detection.detector import THESIS_1995, Detection, DetectionParameters, detect
-from spinewatch.detection.preprocess import to_gray
-from spinewatch.detection.surgical_field import SurgicalField
+from spinewatch.arrays import Float
+from spinewatch.detection.candidates.search import THESIS_1995, Detection, DetectionParameters, detect
+from spinewatch.detection.candidates.surgical_field import SurgicalField
+from spinewatch.imaging.exposure import to_gray
 from spinewatch.parallel import both
 from spinewatch.pipeline import Parameters
 from spinewatch.pipeline import find_balls as find_balls_of_pair
 
-Places = tuple[Float, Float]
-"""Places (n, 2) in the left and in the right image, best first."""
+ChainCandidates = tuple[Float, Float]
+"""ChainCandidates (n, 2) in the left and in the right image, best first."""
 
 ROOTS = replace(
     THESIS_1995,
@@ -38,7 +38,7 @@ class Contender:
     ``ranked``: fewer features are the first of more, so that one run serves all numbers.
     """
 
-    find: Callable[[BallScene, int], Places]
+    find: Callable[[BallScene, int], ChainCandidates]
     ranked: bool = True
 
 
@@ -66,21 +66,21 @@ def _detect(view: BallView, parameters: DetectionParameters) -> Detection:
     return detect(view.image, view.side, view.ball_px, parameters)
 
 
-def _detector(parameters: DetectionParameters) -> Callable[[BallScene, int], Places]:
-    def find(scene: BallScene, budget: int) -> Places:
+def _detector(parameters: DetectionParameters) -> Callable[[BallScene, int], ChainCandidates]:
+    def find(scene: BallScene, budget: int) -> ChainCandidates:
         wanted = replace(parameters, budget=budget)
         return _places(both(lambda view: _detect(view, wanted), *scene.views))
 
     return find
 
 
-def _places(found: tuple[Detection, Detection]) -> Places:
+def _places(found: tuple[Detection, Detection]) -> ChainCandidates:
     return found[0].features.xy_px, found[1].features.xy_px
 
 
 def _of_views(
     detector: Detector, fields: Mapping[BallView, SurgicalField] | None = None
-) -> Callable[[BallScene, int], Places]:
+) -> Callable[[BallScene, int], ChainCandidates]:
     def look(view: BallView) -> Float:
         h, w = view.image.shape
         box = fields[view] if fields else SurgicalField(0, 0, w, h)

@@ -16,8 +16,8 @@ import numpy as np
 from bench.balls import BallScene, BallView, find_ball_scenes
 from bench.contenders import find_balls
 from bench.speed import cut_templates, match_masked, milliseconds
+from spinewatch.arrays import Pixels
 from spinewatch.camera import Camera
-from spinewatch.formats.images import Gray
 
 SAMPLES = Path(__file__).parents[1] / "samples"
 SIZES = ((568, 416), (1136, 832), (1920, 1408))
@@ -92,7 +92,7 @@ def _enlarge(view: BallView, size: tuple[int, int]) -> BallView:
     camera: Camera = replace(view.camera, image_size_px=size, pixel_size_mm=(px / across, py / down))
     return replace(
         view,
-        image=cast(Gray, cv2.resize(view.image, size, interpolation=cv2.INTER_LINEAR)),
+        image=cast(Pixels, cv2.resize(view.image, size, interpolation=cv2.INTER_LINEAR)),
         camera=camera,
         ball_px=(view.ball_px[0] * across, view.ball_px[1] * down),
         centres_px=(view.centres_px + 0.5) * ratio - 0.5,

@@ -10,20 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.balls import CLEAR, BallScene
-from bench.contenders import Contender, Places, find_balls
+from bench.contenders import ChainCandidates, Contender, find_balls
 from bench.scoring import FEATURE_PX, rms
 from bench.speed import milliseconds
-from bench.truth import SIDES, Float
-from spinewatch.detection.detector import Detection
-from spinewatch.detection.templates import Side
+from bench.truth import SIDES
+from spinewatch.arrays import Bool, Float
+from spinewatch.detection.candidates.search import Detection
+from spinewatch.detection.candidates.templates import Side
 
 BUDGETS = (20, 40, 60, 100)
 COMPARED_AT = 60
 """Features an image at which centres are compared."""
 SURE_PX = 0.2
 """A centre is sure when its covariance claims less than this standard deviation along both axes."""
-
-Bool = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,9 +106,9 @@ def score(contender: Contender, scenes: Sequence[BallScene]) -> Score:
     return Score(tuple(recall), features, (rms(u), rms(v)), median(ms for _, ms in runs))
 
 
-def _run(contender: Contender, scene: BallScene) -> tuple[dict[int, Places], float]:
+def _run(contender: Contender, scene: BallScene) -> tuple[dict[int, ChainCandidates], float]:
     """Return the places by budget, and the milliseconds of finding 60 features, or all when these are ranked."""
-    found: dict[int, Places] = {}
+    found: dict[int, ChainCandidates] = {}
 
     def search(budget: int) -> float:
         return milliseconds(lambda: found.update({budget: contender.find(scene, budget)}))
@@ -170,5 +169,5 @@ def centres(errors: BallErrors) -> Centres:
     )
 
 
-def _first(places: Places, budget: int) -> Places:
+def _first(places: ChainCandidates, budget: int) -> ChainCandidates:
     return places[0][:budget], places[1][:budget]

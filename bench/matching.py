@@ -20,21 +20,23 @@ import numpy as np
 from bench import scenes
 from bench.scoring import GATE_MM, rms
 from bench.tables import Bar, Grid, bars
-from spinewatch.camera import Float, Rig
-from spinewatch.correspondence.rig_check import check_rig, moved_camera
+from spinewatch.arrays import Float
+from spinewatch.camera import Rig
+from spinewatch.geometry.rotations import vector_from_rotation
+from spinewatch.markers import FLAT_10_14_18, scaled
+from spinewatch.matching.rig_check import check_rig
+from spinewatch.planning.accuracy import plan, straight_row
 from spinewatch.simulation.observations import Noise, observe
-from spinewatch.simulation.planner import plan, straight_row
 from spinewatch.simulation.rigs import converging_rig, large_rig, small_rig
 from spinewatch.simulation.scenes import SceneParameters, SimulatedScene, aim_point, simulate_scene
 from spinewatch.simulation.spines import random_spine
-from spinewatch.triads.measure import MeasureParameters
-from spinewatch.triads.model import FLAT_10_14_18, scaled
-from spinewatch.triads.pose import Pose, vector_from_rotation
+from spinewatch.triads.pose import Pose
+from spinewatch.triads.pose_fit import PoseParameters
 from spinewatch.triads.search import SearchParameters, ball_images, match_triads
 
 SCENES = 2000
 CHI2_95 = 7.815  # 3 degrees of freedom
-_EXACT = SearchParameters(measure=MeasureParameters(common_sd_mrad=0.0))
+_EXACT = SearchParameters(measure=PoseParameters(common_sd_mrad=0.0))
 _LEVELS = ("L1", "T11", "T9", "T7", "T5", "T3", "T1")
 
 
@@ -131,7 +133,7 @@ def simulate(name: str, rig: Rig, parameters: SceneParameters, count: int) -> Ta
     """Measure ``count`` random scenes."""
     tally = Tally(name)
     shared = parameters.noise.common_sd_mrad
-    search = replace(_EXACT, measure=MeasureParameters(common_sd_mrad=shared))
+    search = replace(_EXACT, measure=PoseParameters(common_sd_mrad=shared))
     for number in range(count):
         scene = simulate_scene(rig, parameters, np.random.default_rng([1995, number]))
         _count(tally, scene, search)
@@ -255,7 +257,7 @@ def _chi2(error: Float, covariance: Float) -> float:
 
 def _flagged(move: Float, count: int) -> float:
     rig = large_rig()
-    true = Rig("bumped", rig.left, moved_camera(rig.right, move[:3], move[3:]))
+    true = Rig("bumped", rig.left, rig.right.moved(move[:3], move[3:]))
     flags = []
     for seed in range(count):
         rng = np.random.default_rng([5, seed])

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, gaussian_laplace
 
-from bench.truth import Float
-from spinewatch.detection.features import peaks
-from spinewatch.detection.preprocess import Gray, log_tone
-from spinewatch.detection.similarity import Measure, Templates, similarity
+from spinewatch.arrays import Float
+from spinewatch.detection.candidates.decision_space import peaks
+from spinewatch.detection.candidates.similarity import Measure, Templates, similarity
+from spinewatch.imaging.exposure import Gray, log_tone
 
 Size = tuple[float, float]
 Detector = Callable[[Gray, Size], Float]

@@ -21,9 +21,9 @@ import numpy as np
 from bench.scoring import Match, StageScore, failed_stage, score_motion, score_stage, summary
 from bench.tables import Bar, Grid, bars
 from bench.truth import Scene, find_scenes, read_surgery
-from commands.stopwatch import Stopwatch
+from commands.shared.stopwatch import Stopwatch
 from spinewatch.errors import SpinewatchError
-from spinewatch.formats.images import decode_image
+from spinewatch.imaging.decoding import decode_image
 from spinewatch.pipeline import StageRequest, measure_stage
 
 

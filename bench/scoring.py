@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.stats import chi2
 
-from bench.truth import SIDES, Float, Scene, Surgery, TrueTriad
+from bench.truth import SIDES, Scene, Surgery, TrueTriad
+from spinewatch.arrays import Float
+from spinewatch.geometry.rotations import vector_from_rotation
 from spinewatch.pipeline import StageMeasurement
 from spinewatch.spine.motion import relative_motion
 from spinewatch.triads.labels import LabelledTriad
-from spinewatch.triads.pose import Pose, vector_from_rotation
+from spinewatch.triads.pose import Pose
 
 GATE_MM = 6.0
 """A measured triad farther than this from every true one is false."""

@@ -19,13 +19,12 @@ from numpy.typing import NDArray
 
 from bench.balls import BallScene, BallView, find_ball_scenes
 from bench.tables import Grid
-from bench.truth import Float
-from spinewatch.detection.detector import DetectionParameters, detect
-from spinewatch.detection.edges import Planes, PropertySpace, property_planes
-from spinewatch.detection.preprocess import correct_exposure, log_tone, to_gray, truncated_median_filter
-from spinewatch.detection.similarity import Measure, Templates, similarity
-from spinewatch.detection.surgical_field import SurgicalField
-from spinewatch.detection.templates import (
+from spinewatch.arrays import Float
+from spinewatch.detection.candidates.property_spaces import Planes, PropertySpace, property_planes
+from spinewatch.detection.candidates.search import DetectionParameters, detect
+from spinewatch.detection.candidates.similarity import Measure, Templates, similarity
+from spinewatch.detection.candidates.surgical_field import SurgicalField
+from spinewatch.detection.candidates.templates import (
     HALF,
     TemplateSet,
     cut_samples,
@@ -33,6 +32,7 @@ from spinewatch.detection.templates import (
     round_mask,
     tree_proximities,
 )
+from spinewatch.imaging.exposure import correct_exposure, log_tone, to_gray, truncated_median_filter
 
 SAMPLES = Path(__file__).parents[1] / "samples"
 PATCH = 50

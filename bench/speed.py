@@ -21,8 +21,9 @@ import numpy as np
 
 from bench.tables import Bar, Grid, bars
 from bench.truth import find_scenes
-from commands.stopwatch import Stopwatch
-from spinewatch.formats.images import Gray, decode_image
+from commands.shared.stopwatch import Stopwatch
+from spinewatch.arrays import Pixels
+from spinewatch.imaging.decoding import decode_image
 from spinewatch.pipeline import StageRequest, measure_stage
 
 SAMPLES = Path(__file__).parents[1] / "samples"
@@ -107,7 +108,7 @@ def measure(runs: int) -> Outcome:
     return Outcome(ours, theirs, steps)
 
 
-def match_masked(images: Sequence[Gray], templates: Sequence[Any]) -> None:
+def match_masked(images: Sequence[Pixels], templates: Sequence[Any]) -> None:
     """Correlate every image with every template under a circular mask, as OpenCV does it."""
     mask = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (SIDE, SIDE))
     for image in images:
@@ -115,7 +116,7 @@ def match_masked(images: Sequence[Gray], templates: Sequence[Any]) -> None:
             cv2.matchTemplate(image, template, cv2.TM_CCOEFF_NORMED, mask=mask)
 
 
-def cut_templates(image: Gray) -> list[Any]:
+def cut_templates(image: Pixels) -> list[Any]:
     """Return the templates: pieces of an image, since only their size matters here."""
     rows, columns = np.array(image.shape) - SIDE
     corners = [(rows * i // TEMPLATES, columns * i // TEMPLATES) for i in range(TEMPLATES)]

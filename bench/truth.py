@@ -9,12 +9,11 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from spinewatch.arrays import Float
 from spinewatch.camera import Rig
-from spinewatch.formats.rig_json import parse_rig, rig_from_dict
+from spinewatch.rig_files.rig_json import parse_rig, rig_from_dict
 
-Float = NDArray[np.float64]
 SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")
 
 
@@ -96,7 +95,7 @@ def _scene(folder: Path, truth: Mapping[str, Any]) -> Scene:
     order = truth.get("labels_along_axis") or list(by_name)
     return Scene(
         folder=folder,
-        rig=_rig(folder, truth),
+        rig=read_rig(folder, truth),
         exposure=truth.get("exposure_kind") or truth.get("imaging", {}).get("exposure_kind", ""),
         spine_axis=truth.get("spine_axis", "auto"),
         triads=tuple(_triad(by_name[name]) for name in order),
@@ -120,7 +119,8 @@ def _triad(entry: Mapping[str, Any]) -> TrueTriad:
     )
 
 
-def _rig(folder: Path, truth: Mapping[str, Any]) -> Rig:
+def read_rig(folder: Path, truth: Mapping[str, Any]) -> Rig:
+    """Return the rig of a scene from its truth, or else from the rig.json beside the scene."""
     if "cameras" not in truth:
         return parse_rig((folder.parent / "rig.json").read_bytes())
     left, right = (_camera(truth["cameras"][side]) for side in SIDES)

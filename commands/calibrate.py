@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from commands.files import write_text
+from commands.shared.files import write_text
 from spinewatch.errors import ParameterError
 
 
@@ -40,17 +40,17 @@ def calibrate(  # noqa: PLR0913, PLR0917 - one argument an option
     estimate_aspect: Annotated[bool, typer.Option(help="Adjust the pixels' aspect too.")] = False,
 ) -> None:
     """Calibrate both cameras from shots of a control field; prints everything found as JSON."""
-    from commands.calibration_job import (  # noqa: PLC0415 - loads OpenCV and SciPy, which --help can do without
+    from commands.shared.calibration import (  # noqa: PLC0415 - loads OpenCV and SciPy, which --help can do without
         run_images,
         run_points,
         solve_options,
     )
-    from commands.progress import terminal_progress  # noqa: PLC0415
+    from commands.shared.progress import terminal_progress  # noqa: PLC0415
 
     solve = solve_options(free, fix, estimate_aspect)
     points = _are_points(files)
     if points and len(files) != 2:
-        from commands.cameras_job import run_cameras  # noqa: PLC0415
+        from commands.shared.cameras import run_cameras  # noqa: PLC0415
 
         if verify:
             raise ParameterError("--verify needs a stereo pair; give two CSV files, or leave the option out")
@@ -67,7 +67,7 @@ def calibrate(  # noqa: PLR0913, PLR0917 - one argument an option
     if out is not None:
         write_text(out, json.dumps(rig, indent=2) + "\n")
     if report is not None:
-        from spinewatch.formats.calibration_html import calibration_report, cameras_report  # noqa: PLC0415
+        from reports.calibration import calibration_report, cameras_report  # noqa: PLC0415
 
         page = cameras_report if "cameras" in rig else calibration_report
         write_text(report, page(document))

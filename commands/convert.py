@@ -28,8 +28,8 @@ def convert(
     name: Annotated[str, typer.Option(help="Name of a rig that comes without one.")] = "rig",
 ) -> None:
     """Write a rig in another format: ours (json), the form of 1995, OpenCV's or OpenPTV's."""
-    from commands.calibration_job import sensor_of  # noqa: PLC0415 - loads OpenCV, which --help can do without
-    from commands.rig_files import read_rig_file, write_rig_file  # noqa: PLC0415
+    from commands.shared.calibration import sensor_of  # noqa: PLC0415 - loads OpenCV, which --help can do without
+    from commands.shared.rig_files import read_rig_file, write_rig_file  # noqa: PLC0415
 
     rig, read_error = read_rig_file(source, source_format, sensor_of(image_size, pixel_size), name)
     write_error = write_rig_file(rig, out, target_format)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from commands.configuration import load_settings
+from commands.shared.configuration import load_settings
 
 cli = typer.Typer(no_args_is_help=True)
 

@@ -32,10 +32,10 @@ def plan(
     from rich.console import Console  # noqa: PLC0415 - --help can do without
     from rich.table import Table  # noqa: PLC0415
 
-    from commands.pair import read_rig  # noqa: PLC0415
-    from spinewatch.simulation import planner  # noqa: PLC0415
+    from commands.shared.pair import read_rig  # noqa: PLC0415
+    from spinewatch.markers import FLAT_10_14_18, scaled  # noqa: PLC0415
+    from spinewatch.planning import accuracy as planner  # noqa: PLC0415
     from spinewatch.simulation.scenes import aim_point  # noqa: PLC0415
-    from spinewatch.triads.model import FLAT_10_14_18, scaled  # noqa: PLC0415
 
     cameras = read_rig(rig)
     row = planner.straight_row(names, aim_point(cameras), spacing, "xy".index(spine_axis))

@@ -36,7 +36,7 @@ def process(
 ) -> None:
     """Measure one stereo pair without a server: features, labelled triads, flags and timings as JSON."""
     names = label_names(labels, triads)
-    from commands.pair import measure_pair  # noqa: PLC0415 - loads OpenCV and SciPy, which --help can do without
+    from commands.shared.pair import measure_pair  # noqa: PLC0415 - loads OpenCV and SciPy, which --help can do without
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # stderr carries one line, the error's

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from commands.configuration import load_settings, start_log
+from commands.shared.configuration import load_settings, start_log
 from spinewatch.errors import SpinewatchError
 
 if TYPE_CHECKING:
-    from store.settings import Settings
+    from settings import Settings
 
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
 
@@ -31,7 +31,7 @@ def run(
     workers: Annotated[int | None, typer.Option(help="How many worker processes.")] = None,
 ) -> None:
     """Bring the database up to date, then serve and measure; whatever dies is started again."""
-    from commands.supervisor import Child, Supervisor  # noqa: PLC0415 - --help can do without
+    from commands.shared.supervisor import Child, Supervisor  # noqa: PLC0415 - --help can do without
     from migrations.history import upgrade  # noqa: PLC0415
 
     settings = load_settings(host=host, port=port, workers=workers)

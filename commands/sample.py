@@ -35,16 +35,16 @@ def sample(
     folder = samples / "D1"
     if not (folder / "surgery.json").exists():
         raise SampleMissingError(f"no sample surgery in {samples}; name its folder with --samples")
-    from commands.cart import Cart  # noqa: PLC0415 - HTTP and tables, which --help can do without
-    from commands.local_service import LocalService  # noqa: PLC0415
-    from commands.sample_surgery import measure_surgery  # noqa: PLC0415
+    from commands.shared.api_client import ApiClient  # noqa: PLC0415 - HTTP and tables, which --help can do without
+    from commands.shared.local_service import LocalService  # noqa: PLC0415
+    from commands.shared.sample_surgery import measure_surgery  # noqa: PLC0415
 
     if url is not None:
-        with Cart(url) as cart:
+        with ApiClient(url) as cart:
             raise typer.Exit(0 if measure_surgery(cart, folder) else 1)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))  # unwinds, so that the service is stopped too
     with LocalService(data_dir, port) as service:
-        with Cart(service.url) as cart:
+        with ApiClient(service.url) as cart:
             succeeded = measure_surgery(cart, folder)
         if not exit_after:
             service.serve_until_interrupted()

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from commands.configuration import load_settings, require_record, start_log
+from commands.shared.configuration import load_settings, require_record, start_log
 
 
 def serve(

@@ -31,9 +31,9 @@ def simulate(  # noqa: PLR0913, PLR0917 - a command has as many options as there
     names = label_names(labels, None)
     import numpy as np  # noqa: PLC0415 - --help can do without
 
-    from commands.pair import read_rig  # noqa: PLC0415
-    from spinewatch.formats.rig_json import rig_to_dict  # noqa: PLC0415
-    from spinewatch.formats.stage_json import features_document  # noqa: PLC0415
+    from commands.shared.pair import read_rig  # noqa: PLC0415
+    from contract.stage_documents import features_document  # noqa: PLC0415
+    from spinewatch.rig_files.rig_json import rig_to_dict  # noqa: PLC0415
     from spinewatch.simulation.observations import Noise  # noqa: PLC0415
     from spinewatch.simulation.scenes import (  # noqa: PLC0415
         SceneParameters,

@@ -10,8 +10,8 @@ import typer
 
 if TYPE_CHECKING:
     from spinewatch.camera import Rig
-    from spinewatch.detection.annotation import AnnotatedView
-    from spinewatch.detection.templates import Side
+    from spinewatch.detection.candidates.template_building import AnnotatedView
+    from spinewatch.detection.candidates.templates import Side
 
 cli = typer.Typer(help="Template sets of the detector.", no_args_is_help=True)
 
@@ -40,11 +40,11 @@ def build(
 ) -> None:
     """Build a template set from images whose ball centres are annotated (thesis section 4.3.2)."""
     # The command line starts without the libraries that it does not need.
-    from commands.template_report import print_built_set  # noqa: PLC0415
-    from spinewatch.detection.annotation import BuildParameters, build_template_set  # noqa: PLC0415
-    from spinewatch.detection.detector import DetectionParameters  # noqa: PLC0415
-    from spinewatch.detection.templates import write_template_set  # noqa: PLC0415
-    from spinewatch.formats.rig_json import parse_rig  # noqa: PLC0415
+    from commands.shared.template_report import print_built_set  # noqa: PLC0415
+    from spinewatch.detection.candidates.search import DetectionParameters  # noqa: PLC0415
+    from spinewatch.detection.candidates.template_building import BuildParameters, build_template_set  # noqa: PLC0415
+    from spinewatch.detection.candidates.templates import write_template_set  # noqa: PLC0415
+    from spinewatch.rig_files.rig_json import parse_rig  # noqa: PLC0415
 
     cameras = parse_rig(rig.read_bytes())
     views = [_view(folder, side, cameras) for folder in folders for side in ("left", "right")]
@@ -58,8 +58,8 @@ def build(
 def _view(folder: Path, side: Side, rig: Rig) -> AnnotatedView:
     import numpy as np  # noqa: PLC0415
 
-    from spinewatch.detection.annotation import AnnotatedView  # noqa: PLC0415
-    from spinewatch.formats.images import decode_image  # noqa: PLC0415
+    from spinewatch.detection.candidates.template_building import AnnotatedView  # noqa: PLC0415
+    from spinewatch.imaging.decoding import decode_image  # noqa: PLC0415
 
     truth: dict[str, Any] = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
     camera = rig.left if side == "left" else rig.right

@@ -7,7 +7,7 @@ from functools import partial
 
 import typer
 
-from commands.configuration import load_settings, require_record, start_log
+from commands.shared.configuration import load_settings, require_record, start_log
 
 
 def worker() -> None:

@@ -10,24 +10,24 @@ from alembic.script import ScriptDirectory
 from alembic.util import CommandError
 from sqlalchemy import Connection
 
-from store.errors import RecordNotReadyError
-from store.record import Record, sqlite_path
+from store.database import Database, sqlite_path
+from store.errors import DatabaseNotReadyError
 
 
 def upgrade(url: str) -> None:
     """Bring a database to the newest revision, all steps or none; an SQLite file and its folder are made.
 
-    Raises ``RecordNotReadyError`` when the database knows a revision that this version does not.
+    Raises ``DatabaseNotReadyError`` when the database knows a revision that this version does not.
     """
     path = sqlite_path(url)
     if path is not None:
         path.parent.mkdir(parents=True, exist_ok=True)
-    record = Record(url)
+    record = Database(url)
     try:
         with record.writing() as session:
             command.upgrade(config(session.connection()), "head")
     except CommandError as error:
-        raise RecordNotReadyError(
+        raise DatabaseNotReadyError(
             "the database was made by another version of Spinewatch; use that version or restore a backup"
         ) from error
     finally:

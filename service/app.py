@@ -11,15 +11,16 @@ from fastapi.responses import RedirectResponse
 from fastapi.routing import APIRoute
 from fastapi_offline import FastAPIOffline
 
-from service import calibration_checks, calibrations, health, jobs, motion, problems, stages, surgeries
-from service.body_limit import BodyLimit
-from service.head import Head
+from service import problems
+from service.forms.calibration import MAX_SHOTS
+from service.middleware.body_limit import BodyLimit
+from service.middleware.head import Head
+from service.middleware.request_log import RequestLog
 from service.openapi import describe
-from service.request_log import RequestLog
-from service.shots import MAX_SHOTS
-from store.bell import Bell
-from store.record import Record
-from store.settings import Settings
+from service.routes import calibration_checks, calibrations, health, jobs, motion, stages, surgeries
+from settings import Settings
+from store.database import Database
+from store.queue import JobQueue
 
 _DESCRIPTION = """\
 Stereo pairs of triad markers in, labelled triads and the motion of the spine out. Lengths are in mm, angles
@@ -32,8 +33,8 @@ def create_app(settings: Settings) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        app.state.record = Record(settings.database_url)
-        app.state.bell = Bell(settings.bell_file)
+        app.state.record = Database(settings.database_url)
+        app.state.bell = JobQueue(settings.queue_file)
         yield
         app.state.bell.close()
         app.state.record.close()

@@ -7,26 +7,26 @@ from typing import Annotated, Any
 import structlog
 from fastapi import Depends, HTTPException, Request
 
+from contract.base import Problem
 from service.problems import STATUS_NAMES
-from service.schema import Problem
-from store.bell import Bell
-from store.record import Record
+from store.database import Database
+from store.queue import JobQueue
 
 _log = structlog.get_logger("service")
 
 
-def _record(request: Request) -> Record:
-    record: Record = request.app.state.record
+def _record(request: Request) -> Database:
+    record: Database = request.app.state.record
     return record
 
 
-def _bell(request: Request) -> Bell:
-    bell: Bell = request.app.state.bell
+def _bell(request: Request) -> JobQueue:
+    bell: JobQueue = request.app.state.bell
     return bell
 
 
-TheRecord = Annotated[Record, Depends(_record)]
-TheBell = Annotated[Bell, Depends(_bell)]
+TheDatabase = Annotated[Database, Depends(_record)]
+TheQueue = Annotated[JobQueue, Depends(_bell)]
 
 
 def json_body(request: Request) -> None:
@@ -51,7 +51,7 @@ ACCEPTED: dict[int | str, dict[str, Any]] = {
 """The OpenAPI response of a route whose work a job does."""
 
 
-def ring(bell: Bell, job_id: str) -> None:
+def ring(bell: JobQueue, job_id: str) -> None:
     """Tell the workers that a job waits; one that they are not told of they find."""
     try:
         bell.ring(job_id)

@@ -54,7 +54,7 @@ def _name_problems(document: dict[str, Any]) -> None:
 def main() -> int:
     """Write or check the committed contract; return the exit status."""
     from service.app import create_app  # noqa: PLC0415 - app.py imports this module
-    from store.settings import Settings  # noqa: PLC0415
+    from settings import Settings  # noqa: PLC0415
 
     parser = argparse.ArgumentParser(description="Write openapi/openapi.json, or check that it is current.")
     parser.add_argument("--check", action="store_true", help="compare only; exit status 1 when it differs")

@@ -15,9 +15,9 @@ from sqlalchemy.exc import OperationalError
 from starlette.exceptions import HTTPException
 from starlette.routing import compile_path
 
-from service.schema import FieldError, Problem
+from contract.base import FieldError, Problem
 from spinewatch.errors import RigError, SpinewatchError
-from store.errors import ConflictError, NotFoundError, RecordNotReadyError
+from store.errors import ConflictError, DatabaseNotReadyError, NotFoundError
 
 MEDIA_TYPE = "application/problem+json"
 
@@ -25,7 +25,7 @@ _TYPE = "urn:spinewatch:problem:"
 _STATUS: tuple[tuple[type[SpinewatchError], int], ...] = (
     (NotFoundError, 404),
     (ConflictError, 409),
-    (RecordNotReadyError, 503),
+    (DatabaseNotReadyError, 503),
 )
 STATUS_NAMES = {
     400: "bad-request",

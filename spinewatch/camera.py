@@ -1,64 +1,57 @@
-"""The collinearity camera (thesis eq. 3.4) and the stereo rig; the only place that knows pixels from plate.
+"""The collinearity camera (thesis eq. 3.4) and the stereo rig; the only module that maps pixels to the plate.
 
 Frames
 ------
 object space
-    mm, right-handed, Z up towards the cameras; whatever the calibration's control field defined.
+    mm, right-handed, Z up towards the cameras; defined by the calibration's control field.
 camera space
     ``Xc = M (X - X0)`` with ``M = M_kappa M_phi M_omega`` (eq. 5.4); points in view have ``Xc[2] < 0``.
 plate
     mm, x right, y up, origin at the image centre ``((W-1)/2, (H-1)/2)``.
 pixels
-    u right, v down, an integer value is the centre of a pixel.
+    u right, v down; an integer value is the centre of a pixel.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from spinewatch.errors import ParameterError
+from spinewatch.arrays import Float
+from spinewatch.geometry.projection import Pinhole
+from spinewatch.geometry.rays import Rays, axes_approach_mm
+from spinewatch.geometry.rotations import angles_from_rotation, rotation_from_angles, rotation_from_vector
 
-Float = NDArray[np.float64]
-
-_NEWTON_STEPS = 30
+_MAX_NEWTON_STEPS = 30
 _NEWTON_TOLERANCE_MM = 1e-15
-
-
-def rotation_matrix(omega_deg: float, phi_deg: float, kappa_deg: float) -> Float:
-    """Return ``M = M_kappa M_phi M_omega`` (3, 3), object to camera axes, of angles in degrees (eq. 5.4)."""
-    (so, sp, sk), (co, cp, ck) = (f(np.radians([omega_deg, phi_deg, kappa_deg])) for f in (np.sin, np.cos))
-    return np.array(
-        [
-            [cp * ck, co * sk + so * sp * ck, so * sk - co * sp * ck],
-            [-cp * sk, co * ck - so * sp * sk, so * ck + co * sp * sk],
-            [sp, -so * cp, co * cp],
-        ]
-    )
-
-
-def degrees_from_dms(packed: float) -> float:
-    """Return decimal degrees of an angle packed as DDDMMSS.s, the notation of Table 3.3.
-
-    Raises ``ParameterError`` when the minutes or seconds are not below 60.
-    """
-    degrees, rest = divmod(abs(packed), 10_000)
-    minutes, seconds = divmod(rest, 100)
-    if minutes >= 60 or seconds >= 60:
-        raise ParameterError(f"{packed} is not an angle in DDDMMSS.s: minutes and seconds must be below 60")
-    return float(np.copysign(degrees + minutes / 60 + seconds / 3600, packed))
 
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """One calibrated camera; every attribute is named with its unit.
+    """One calibrated camera.
 
-    ``position_mm`` (X0, Y0, Z0); ``rotation_deg`` (omega, phi, kappa); ``principal_point_mm`` (x0, y0) on the
-    plate; ``radial`` (K1 per mm^2, K2 per mm^4); ``decentering`` (P1, P2 per mm); ``image_size_px`` (W, H);
-    ``pixel_size_mm`` (px, py).
+    Attributes
+    ----------
+    position_mm
+        Perspective centre (X0, Y0, Z0), object space, mm.
+    rotation_deg
+        (omega, phi, kappa), degrees.
+    focal_length_mm
+        f, mm.
+    principal_point_mm
+        (x0, y0) on the plate, mm.
+    radial
+        K1 per mm^2, K2 per mm^4.
+    decentering
+        P1, P2 per mm.
+    image_size_px
+        (W, H), px.
+    pixel_size_mm
+        (px, py), width and height of a pixel on the plate, mm.
+
     """
 
     position_mm: tuple[float, float, float]
@@ -72,96 +65,262 @@ class Camera:
 
     @cached_property
     def M(self) -> Float:  # noqa: N802
-        """Rotation (3, 3) from object to camera axes."""
-        return rotation_matrix(*self.rotation_deg)
+        """Rotation from object axes to camera axes, shape (3, 3)."""
+        return rotation_from_angles(*self.rotation_deg)
 
     @cached_property
     def centre(self) -> Float:
-        """Perspective centre (3,) in object space, mm."""
+        """Perspective centre, shape (3,), object space, mm."""
         return np.array(self.position_mm)
 
+    @cached_property
+    def pinhole(self) -> Pinhole:
+        """The camera's central projection, without pixels and lens distortion."""
+        return Pinhole(self.centre, self.M, self.focal_length_mm)
+
     def plate(self, pixels: ArrayLike) -> Float:
-        """Return plate coordinates (..., 2) in mm of pixels (..., 2)."""
+        """Return the plate coordinates of pixels.
+
+        Parameters
+        ----------
+        pixels
+            (u, v), shape (..., 2), px.
+
+        Returns
+        -------
+        Float
+            (x, y), shape (..., 2), plate, mm.
+
+        """
         uv = np.asarray(pixels, dtype=np.float64)
         (w, h), (px, py) = self.image_size_px, self.pixel_size_mm
         return (uv - ((w - 1) / 2, (h - 1) / 2)) * (px, -py)
 
     def pixels(self, plate: ArrayLike) -> Float:
-        """Return pixels (..., 2) of plate coordinates (..., 2) in mm."""
+        """Return the pixels of plate coordinates.
+
+        Parameters
+        ----------
+        plate
+            (x, y), shape (..., 2), plate, mm.
+
+        Returns
+        -------
+        Float
+            (u, v), shape (..., 2), px.
+
+        """
         xy = np.asarray(plate, dtype=np.float64)
         (w, h), (px, py) = self.image_size_px, self.pixel_size_mm
         return xy / (px, -py) + ((w - 1) / 2, (h - 1) / 2)
 
     def undistort(self, plate: ArrayLike) -> Float:
-        """Return ideal offsets (..., 2) in mm from the principal point, of measured plate points (..., 2).
+        """Return ideal offsets from the principal point: the left side of eq. 3.4.
 
-        The left side of eq. 3.4. Here r is taken from the principal point, where the thesis takes it from the
-        plate's origin: that is what the lens does, and they differ by up to half a pixel.
+        Parameters
+        ----------
+        plate
+            Measured points, shape (..., 2), plate, mm.
+
+        Returns
+        -------
+        Float
+            Undistorted offsets, shape (..., 2), mm.
+
+        References
+        ----------
+        Thesis eq. 3.4. There r is measured from the origin of the plate, here from the principal point, which is
+        how a lens distorts; they differ by up to half a pixel.
+
         """
         d = np.asarray(plate, dtype=np.float64) - self.principal_point_mm
         return _correct(d, self.radial, self.decentering)
 
     def undistortion_jacobian(self, pixels: ArrayLike) -> Float:
-        """Return d(ideal offset)/d(pixel), (..., 2, 2) in mm per px, at pixels (..., 2)."""
+        """Return the derivatives of ideal offsets with respect to pixels.
+
+        Parameters
+        ----------
+        pixels
+            (u, v), shape (..., 2), px.
+
+        Returns
+        -------
+        Float
+            d(ideal)/d(pixel), shape (..., 2, 2), mm per px.
+
+        """
         d = self.plate(pixels) - self.principal_point_mm
         px, py = self.pixel_size_mm
         return np.asarray(_correct_jacobian(d, self.radial, self.decentering) * np.array([px, -py]))
 
     def distort(self, ideal: ArrayLike, near: ArrayLike | None = None) -> Float:
-        """Return measured plate points (..., 2) of ideal offsets (..., 2), both in mm; inverse of ``undistort``.
+        """Return measured plate points of ideal offsets, the inverse of `undistort`, by Newton's method.
 
-        Newton's method on the plate, from plate points ``near`` the result where they are known. Points
-        beyond the fold of the distortion model have no image: NaN.
+        Parameters
+        ----------
+        ideal
+            Undistorted offsets from the principal point, shape (..., 2), mm.
+        near
+            Initial values on the plate, shape (..., 2), mm; by default the ideal points.
+
+        Returns
+        -------
+        Float
+            Measured points, shape (..., 2), plate, mm; NaN beyond the fold of the distortion model, where a point
+            has no image.
+
         """
         target = np.asarray(ideal, dtype=np.float64)
         d = target.copy() if near is None else np.asarray(near, dtype=np.float64) - self.principal_point_mm
-        for _ in range(_NEWTON_STEPS):
-            miss = _correct(d, self.radial, self.decentering) - target
-            step = _solve_2x2(_correct_jacobian(d, self.radial, self.decentering), miss)
+        for _ in range(_MAX_NEWTON_STEPS):
+            residual = _correct(d, self.radial, self.decentering) - target
+            step = _solve_2x2(_correct_jacobian(d, self.radial, self.decentering), residual)
             d = d - step
             if not np.any(np.abs(step) > _NEWTON_TOLERANCE_MM):
                 break
-        miss = _correct(d, self.radial, self.decentering) - target
+        residual = _correct(d, self.radial, self.decentering) - target
         J = _correct_jacobian(d, self.radial, self.decentering)
         det = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
-        folded = ~(det > 0) | ~(np.abs(miss).max(axis=-1) < 1e-9)
+        folded = ~(det > 0) | ~(np.abs(residual).max(axis=-1) < 1e-9)
         d[folded] = np.nan
         return d + self.principal_point_mm
 
     def project(self, points_mm: ArrayLike) -> Float:
-        """Return pixels (..., 2) of object points (..., 3) in mm; NaN for points not in front of the camera."""
-        Xc = (np.asarray(points_mm, dtype=np.float64) - self.centre) @ self.M.T
-        depth = np.where(Xc[..., 2] < 0, Xc[..., 2], np.nan)
-        ideal = -self.focal_length_mm * Xc[..., :2] / depth[..., None]
+        """Return the pixels of object points.
+
+        Parameters
+        ----------
+        points_mm
+            Points, shape (..., 3), object space, mm.
+
+        Returns
+        -------
+        Float
+            (u, v), shape (..., 2), px; NaN for points that are not in front of the camera.
+
+        """
+        X = np.asarray(points_mm, dtype=np.float64)
+        in_front = self.pinhole.in_front(X)
+        ideal, _ = self.pinhole.project(np.where(in_front[..., None], X, np.nan))
         return self.pixels(self.distort(ideal))
 
-    def directions(self, pixels: ArrayLike) -> Float:
-        """Return unit directions (..., 3) in object space of the rays through pixels (..., 2), away from the camera."""
-        ideal = self.undistort(self.plate(pixels))
-        V = np.concatenate([ideal, np.full((*ideal.shape[:-1], 1), -self.focal_length_mm)], axis=-1)
-        d = V @ self.M  # rows of V times M is M^T V, eq. 3.2
-        return np.asarray(d / np.linalg.norm(d, axis=-1, keepdims=True))
-
     def projection_jacobian(self, points_mm: ArrayLike) -> Float:
-        """Return d(pixel)/d(point), (..., 2, 3) in px per mm, at object points (..., 3)."""
-        X = np.asarray(points_mm, dtype=np.float64)
-        Xc = (X - self.centre) @ self.M.T
-        f, z = self.focal_length_mm, Xc[..., 2]
-        ideal = -f * Xc[..., :2] / z[..., None]
-        d_ideal = np.zeros((*z.shape, 2, 3))
-        d_ideal[..., 0, 0] = d_ideal[..., 1, 1] = -f / z
-        d_ideal[..., :, 2] = -ideal / z[..., None]
+        """Return the derivatives of pixels with respect to object points.
+
+        Parameters
+        ----------
+        points_mm
+            Points, shape (..., 3), object space, mm.
+
+        Returns
+        -------
+        Float
+            d(pixel)/d(point), shape (..., 2, 3), px per mm.
+
+        """
+        ideal, J = self.pinhole.project(np.asarray(points_mm, dtype=np.float64))
         measured = self.distort(ideal) - self.principal_point_mm
         d_measured = np.linalg.inv(_correct_jacobian(measured, self.radial, self.decentering))
         px, py = self.pixel_size_mm
-        return np.array([[1 / px], [-1 / py]]) * (d_measured @ d_ideal @ self.M)
+        return np.array([[1 / px], [-1 / py]]) * (d_measured @ J)
+
+    def directions(self, pixels: ArrayLike) -> Float:
+        """Return the directions of the rays through pixels.
+
+        Parameters
+        ----------
+        pixels
+            (u, v), shape (..., 2), px.
+
+        Returns
+        -------
+        Float
+            Unit vectors away from the camera, shape (..., 3), object axes.
+
+        """
+        d = self.pinhole.rays(self.undistort(self.plate(pixels)))
+        return np.asarray(d / np.linalg.norm(d, axis=-1, keepdims=True))
+
+    def rays(self, pixels: ArrayLike, covariance_px2: ArrayLike, extra_sd_mrad: float = 0.0) -> Rays:
+        """Return the rays through pixels with their uncertainty.
+
+        Parameters
+        ----------
+        pixels
+            (u, v), shape (n, 2), px.
+        covariance_px2
+            Covariances of the pixels, shape (n, 2, 2) or (2, 2), px^2.
+        extra_sd_mrad
+            Pointing error per axis, mrad, added in square to the uncertainty of the pixels.
+
+        Returns
+        -------
+        Rays
+            n rays.
+
+        """
+        ideal = self.undistort(self.plate(pixels))
+        J = self.undistortion_jacobian(pixels)
+        extra_mm = self.focal_length_mm * extra_sd_mrad / 1000
+        S = J @ np.asarray(covariance_px2) @ np.swapaxes(J, -1, -2) + extra_mm**2 * np.eye(2)
+        return Rays(self.pinhole, ideal, S, self.pinhole.rays(ideal))
+
+    def moved(self, rotation_rad: Float, shift_mm: Float) -> Camera:
+        """Return the camera after a small motion in its own axes.
+
+        Parameters
+        ----------
+        rotation_rad
+            Rotation vector, shape (3,), camera axes, radians.
+        shift_mm
+            Displacement of the perspective centre, shape (3,), camera axes, mm.
+
+        Returns
+        -------
+        Camera
+            The same camera in its new position.
+
+        """
+        centre = self.centre + self.M.T @ shift_mm
+        return replace(
+            self,
+            position_mm=(float(centre[0]), float(centre[1]), float(centre[2])),
+            rotation_deg=angles_from_rotation(rotation_from_vector(rotation_rad) @ self.M),
+        )
 
     def depth_mm(self, point_mm: ArrayLike) -> float:
-        """Return the distance (mm) of an object point (3,) from the perspective centre along the optical axis."""
+        """Return the depth of a point along the optical axis.
+
+        Parameters
+        ----------
+        point_mm
+            Point, shape (3,), object space, mm.
+
+        Returns
+        -------
+        float
+            Distance from the perspective centre along the axis, mm, positive in front of the camera.
+
+        """
         return float(-self.M[2] @ (np.asarray(point_mm, dtype=np.float64) - self.centre))
 
     def ball_diameter_px(self, diameter_mm: float, range_mm: float) -> tuple[float, float]:
-        """Return the (width, height) in pixels of a ball's image near the centre, at a range along the axis."""
+        """Return the size of a ball's image near the image centre.
+
+        Parameters
+        ----------
+        diameter_mm
+            Diameter of the ball, mm.
+        range_mm
+            Its depth along the optical axis, mm.
+
+        Returns
+        -------
+        tuple of float
+            Width and height, px.
+
+        """
         on_plate = diameter_mm * self.focal_length_mm / range_mm
         px, py = self.pixel_size_mm
         return on_plate / px, on_plate / py
@@ -169,7 +328,16 @@ class Camera:
 
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """Two calibrated cameras that look at the same object space; left has the smaller X0."""
+    """Two calibrated cameras that look at the same object space; left has the smaller X0.
+
+    Attributes
+    ----------
+    name
+        Name of the rig.
+    left, right
+        The cameras.
+
+    """
 
     name: str
     left: Camera
@@ -184,6 +352,11 @@ class Rig:
     def vergence_deg(self) -> float:
         """Angle between the optical axes, degrees."""
         return float(np.degrees(np.arccos(np.clip(self.left.M[2] @ self.right.M[2], -1, 1))))
+
+    @property
+    def axes_approach_mm(self) -> tuple[float, float] | None:
+        """Depths of the point where the optical axes come nearest to each other, left and right, mm, or None."""
+        return axes_approach_mm(self.left.pinhole, self.right.pinhole)
 
 
 def _correct(d: Float, radial: tuple[float, float], decentering: tuple[float, float]) -> Float:

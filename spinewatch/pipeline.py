@@ -7,31 +7,30 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from spinewatch.arrays import Pixels
 from spinewatch.camera import Camera, Rig
-from spinewatch.correspondence.candidates import range_limits_mm
-from spinewatch.correspondence.rig_check import RigCheck, RigCheckParameters
-from spinewatch.detection.centres import (
+from spinewatch.detection.candidates.search import Detection, DetectionParameters, detect
+from spinewatch.detection.candidates.templates import Side, TemplateSet, default_template_set
+from spinewatch.detection.refinement.centres import (
+    CandidateView,
     CentreParameters,
     Ranking,
-    View,
     rank_features,
     settle_centres,
 )
-from spinewatch.detection.detector import Detection, DetectionParameters, detect
-from spinewatch.detection.lamp import expected_lamp
-from spinewatch.detection.templates import Side, TemplateSet, default_template_set
+from spinewatch.detection.refinement.lamp import expected_lamp
 from spinewatch.errors import ImageSizeError, ParameterError, SameImageError
 from spinewatch.flags import Flag
+from spinewatch.markers import FLAT_10_14_18, TriadModel
+from spinewatch.matching.epipolar import range_limits_mm
+from spinewatch.matching.rig_check import RigCheck, RigCheckParameters
+from spinewatch.matching.selection import SpineAxis
 from spinewatch.parallel import both
-from spinewatch.triads.checked import check_search
-from spinewatch.triads.choose import SpineAxis
-from spinewatch.triads.labels import KnownRow, LabelledTriad, LabelParameters, label_triads
-from spinewatch.triads.model import FLAT_10_14_18, TriadModel
+from spinewatch.triads.checked_search import check_search
+from spinewatch.triads.labels import KnownConfiguration, LabelledTriad, LabelParameters, label_triads
 from spinewatch.triads.search import SearchParameters, TriadSearch, match_triads
 
-Image = NDArray[np.uint8] | NDArray[np.uint16]
 SIDES: tuple[Side, Side] = ("left", "right")
 Progress = Callable[[str, float], None]
 """Called at the start of each step with its name and the fraction done before it, 0 to 1."""
@@ -65,7 +64,7 @@ class StageRequest:
     spine_axis: SpineAxis = "auto"
     triads: int | None = None
     models: tuple[TriadModel, ...] = (FLAT_10_14_18,)
-    known: KnownRow | None = None
+    known: KnownConfiguration | None = None
 
     @property
     def expected(self) -> int | None:
@@ -92,8 +91,8 @@ def silent(step: str, fraction: float) -> None:
 
 
 def measure_stage(
-    left: Image,
-    right: Image,
+    left: Pixels,
+    right: Pixels,
     rig: Rig,
     request: StageRequest,
     parameters: Parameters | None = None,
@@ -147,7 +146,7 @@ def measure_stage(
 
 
 def find_balls(
-    images: tuple[Image, Image],
+    images: tuple[Pixels, Pixels],
     rig: Rig,
     parameters: Parameters,
     templates: TemplateSet | None = None,
@@ -163,7 +162,7 @@ def find_balls(
         camera, ball_px = (rig.left, rig.right)[number], sizes[number]
         found = detect(images[number], SIDES[number], ball_px, parameters.detection, templates)
         lamp = expected_lamp(rig, camera, ranges[number])
-        view = View(camera, images[number], found.features, ball_px, lamp)
+        view = CandidateView(camera, images[number], found.features, ball_px, lamp)
         return found, rank_features(view, parameters.centres)
 
     (left, left_ranking), (right, right_ranking) = both(search, 0, 1)
@@ -198,7 +197,7 @@ def _check_request(request: StageRequest) -> None:
         raise ParameterError(f"{request.triads} triads cannot carry {len(request.labels)} labels")
 
 
-def _check_size(side: str, image: Image, camera: Camera) -> None:
+def _check_size(side: str, image: Pixels, camera: Camera) -> None:
     width, height = camera.image_size_px
     if image.shape != (height, width):
         shape = " x ".join(str(n) for n in reversed(image.shape))

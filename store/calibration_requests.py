@@ -10,7 +10,7 @@ from uuid import uuid4
 from sqlalchemy import select
 from sqlalchemy.orm import Session, selectinload
 
-from store import changes, images, jobs
+from store import events, images, jobs
 from store.images import NewImage
 from store.tables import CalibrationRequest, CalibrationShot, Document
 
@@ -58,7 +58,7 @@ def submit(session: Session, new: NewRequest, now: datetime) -> CalibrationReque
         job=jobs.queued(now),
     )
     session.add(request)
-    changes.append(session, now, changes.Action.CALIBRATION_SUBMITTED, request.id)
+    events.append(session, now, events.Action.CALIBRATION_SUBMITTED, request.id)
     return request
 
 

@@ -11,8 +11,8 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session, joinedload, selectinload, undefer
 
 from spinewatch.camera import Rig
-from spinewatch.formats.rig_json import rig_to_dict
-from store import changes
+from spinewatch.rig_files.rig_json import rig_to_dict
+from store import events
 from store.errors import NotFoundError, ReportNotFoundError
 from store.page import Page, page_of
 from store.tables import Calibration, CalibrationReport, CalibrationRequest, CalibrationShot, Stage
@@ -29,7 +29,7 @@ def add(session: Session, rig: Rig, now: datetime, calibrated_at: datetime | Non
         report=None,
     )
     session.add(row)
-    changes.append(session, now, changes.Action.CALIBRATION_CREATED, row.id)
+    events.append(session, now, events.Action.CALIBRATION_CREATED, row.id)
     return row
 
 
@@ -50,7 +50,7 @@ def add_solved(session: Session, request_id: str, result: Mapping[str, Any], now
             report=CalibrationReport(report=report, version=result["version"]),
         )
     )
-    changes.append(session, now, changes.Action.CALIBRATION_SOLVED, request_id)
+    events.append(session, now, events.Action.CALIBRATION_SOLVED, request_id)
 
 
 def get(session: Session, calibration_id: str) -> Calibration:

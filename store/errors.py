@@ -47,7 +47,7 @@ class JobFinishedError(ConflictError):
     code = "job-finished"
 
 
-class RecordNotReadyError(SpinewatchError):
+class DatabaseNotReadyError(SpinewatchError):
     """The database is missing or its tables are not those of this version."""
 
     code = "record-not-ready"

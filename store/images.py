@@ -10,7 +10,7 @@ from hashlib import sha256
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from spinewatch.formats.image_header import ImageHeader
+from spinewatch.imaging.header import ImageHeader
 from store.tables import Image
 
 

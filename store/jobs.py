@@ -16,9 +16,9 @@ from uuid import uuid4
 from sqlalchemy import ColumnElement, CursorResult, Update, and_, or_, select, update
 from sqlalchemy.orm import Session, joinedload
 
-from store import calibrations, changes
-from store.changes import Action
+from store import calibrations, events
 from store.errors import JobFinishedError, NotFoundError
+from store.events import Action
 from store.results import measurement_of
 from store.tables import FINAL_STATES, Document, Job, JobKind, JobState
 
@@ -66,7 +66,7 @@ def claim(session: Session, job_id: str, now: datetime, lease: timedelta, max_at
     if job.attempts >= max_attempts:
         sentence = f"the job was started {job.attempts} times and never ended; see the workers' log"
         _end(job, JobState.FAILED, now, {"code": ATTEMPTS_EXHAUSTED, "detail": sentence})
-        changes.append(session, now, Action.JOB_FAILED, job.id, _surgery_of(job))
+        events.append(session, now, Action.JOB_FAILED, job.id, _surgery_of(job))
         return None
     job.state = JobState.RUNNING
     job.attempts += 1
@@ -74,7 +74,7 @@ def claim(session: Session, job_id: str, now: datetime, lease: timedelta, max_at
     job.lease_until = now + lease
     job.progress, job.step = 0.0, None
     job.started_at = job.started_at or now
-    changes.append(session, now, Action.JOB_STARTED, job.id, _surgery_of(job))
+    events.append(session, now, Action.JOB_STARTED, job.id, _surgery_of(job))
     subject_id = cast(str, job.stage_id or job.calibration_request_id)
     return Lease(job.id, job.kind, subject_id, _surgery_of(job), job.lease_owner, job.attempts)
 
@@ -104,7 +104,7 @@ def succeed(session: Session, lease: Lease, result: Mapping[str, Any], now: date
         calibrations.add_solved(session, lease.subject_id, result, now)
     elif ended:
         session.add(measurement_of(lease.subject_id, result, now))
-        changes.append(session, now, Action.STAGE_MEASURED, lease.subject_id, lease.surgery_id)
+        events.append(session, now, Action.STAGE_MEASURED, lease.subject_id, lease.surgery_id)
     return ended
 
 
@@ -121,7 +121,7 @@ def fail(session: Session, lease: Lease, code: str, detail: str, now: datetime) 
         lease_until=None,
     )
     if ended:
-        changes.append(session, now, Action.JOB_FAILED, lease.job_id, lease.surgery_id)
+        events.append(session, now, Action.JOB_FAILED, lease.job_id, lease.surgery_id)
     return ended
 
 
@@ -143,7 +143,7 @@ def requeue(session: Session, lease: Lease, now: datetime, *, count_attempt: boo
         lease_until=None,
     )
     if returned:
-        changes.append(session, now, Action.JOB_REQUEUED, lease.job_id, lease.surgery_id)
+        events.append(session, now, Action.JOB_REQUEUED, lease.job_id, lease.surgery_id)
     return returned
 
 
@@ -159,7 +159,7 @@ def cancel(session: Session, job_id: str, now: datetime) -> Job:
             f"the job is {job.state.value} already; only a job that has not ended can be cancelled"
         )
     _end(job, JobState.CANCELLED, now, None)
-    changes.append(session, now, Action.JOB_CANCELLED, job.id, _surgery_of(job))
+    events.append(session, now, Action.JOB_CANCELLED, job.id, _surgery_of(job))
     return job
 
 

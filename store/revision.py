@@ -5,8 +5,8 @@ from __future__ import annotations
 from sqlalchemy import text
 from sqlalchemy.exc import SQLAlchemyError
 
-from store.errors import RecordNotReadyError
-from store.record import Record, sqlite_path
+from store.database import Database, sqlite_path
+from store.errors import DatabaseNotReadyError
 
 REVISION = "0004"
 """The migration that makes the tables of store/tables.py."""
@@ -14,16 +14,18 @@ REVISION = "0004"
 _ADVICE = "run: spinewatch db upgrade"
 
 
-def require_revision(record: Record) -> None:
-    """Raise ``RecordNotReadyError`` unless the database can be read and is at ``REVISION``."""
+def require_revision(record: Database) -> None:
+    """Raise ``DatabaseNotReadyError`` unless the database can be read and is at ``REVISION``."""
     found = current_revision(record)
     if found is None:
-        raise RecordNotReadyError(f"the database is missing or has no tables; {_ADVICE}")
+        raise DatabaseNotReadyError(f"the database is missing or has no tables; {_ADVICE}")
     if found != REVISION:
-        raise RecordNotReadyError(f"the database is at {found!r}, this version needs {REVISION!r}; {_ADVICE}")
+        raise DatabaseNotReadyError(
+            f"the database is at {found!r}, this version needs {REVISION!r}; {_ADVICE}"
+        )
 
 
-def current_revision(record: Record) -> str | None:
+def current_revision(record: Database) -> str | None:
     """Return the revision of the database, None when there is none or it cannot be read."""
     path = sqlite_path(record.url)
     if path is not None and not path.exists():

@@ -11,7 +11,7 @@ from sqlalchemy import Select, select
 from sqlalchemy.orm import Session, joinedload, selectinload, undefer
 
 from spinewatch.triads.pose import Pose
-from store import calibrations, changes, images, jobs
+from store import calibrations, events, images, jobs
 from store.errors import NotFoundError, StageExistsError, StageNotMeasuredError
 from store.images import NewImage
 from store.page import Page, page_of
@@ -58,7 +58,7 @@ def submit(
         job=jobs.queued(now),
     )
     session.add(stage)
-    changes.append(session, now, changes.Action.STAGE_SUBMITTED, stage.id, surgery.id)
+    events.append(session, now, events.Action.STAGE_SUBMITTED, stage.id, surgery.id)
     return stage
 
 

@@ -10,7 +10,7 @@ from uuid import uuid4
 from sqlalchemy import select
 from sqlalchemy.orm import Session, joinedload, selectinload
 
-from store import changes
+from store import events
 from store.errors import NotFoundError
 from store.page import Page, page_of
 from store.tables import Stage, Surgery
@@ -38,7 +38,7 @@ def add(session: Session, new: NewSurgery, now: datetime) -> Surgery:
         stages=[],
     )
     session.add(row)
-    changes.append(session, now, changes.Action.SURGERY_CREATED, row.id, row.id)
+    events.append(session, now, events.Action.SURGERY_CREATED, row.id, row.id)
     return row
 
 

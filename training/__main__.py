@@ -14,9 +14,9 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
-from spinewatch.detection.ball_net import BallNet, BallNets, write_ball_nets
-from spinewatch.detection.patches import PatchGrid
-from spinewatch.simulation.pictures.examples import ExampleParameters
+from spinewatch.detection.refinement.networks import BallNet, BallNets, write_ball_nets
+from spinewatch.detection.refinement.patches import PatchGrid
+from spinewatch.simulation.images.examples import ExampleParameters
 from training.draw import draw
 from training.fit import Architecture, fit
 

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from rich.progress import Progress
 
-from spinewatch.simulation.pictures.examples import ExampleParameters, Examples, draw_examples
+from spinewatch.simulation.images.examples import ExampleParameters, Examples, draw_examples
 
 _CHUNK = 2000
 

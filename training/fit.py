@@ -15,9 +15,9 @@ from rich.progress import Progress
 from torch import Tensor, nn
 from torch.nn import functional
 
-from spinewatch.detection.ball_net import OUTPUTS, UNITS, BallNet, Layer, normalise
-from spinewatch.detection.patches import PatchGrid
-from spinewatch.simulation.pictures.examples import Examples
+from spinewatch.detection.refinement.networks import OUTPUTS, UNITS, BallNet, Layer, normalise
+from spinewatch.detection.refinement.patches import PatchGrid
+from spinewatch.simulation.images.examples import Examples
 
 BATCH = 256
 RATE = 2.5e-3

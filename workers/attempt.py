@@ -7,8 +7,8 @@ from datetime import timedelta
 
 from store import jobs
 from store.clock import utc_now
+from store.database import Database
 from store.jobs import Lease
-from store.record import Record
 
 _LEAST_SECONDS_BETWEEN_NOTES = 0.1
 
@@ -20,7 +20,7 @@ class LeaseLostError(Exception):
 class Attempt:
     """Used by the thread that works and the one that beats; both may prolong the lease."""
 
-    def __init__(self, record: Record, lease: Lease, lease_for: timedelta) -> None:
+    def __init__(self, record: Database, lease: Lease, lease_for: timedelta) -> None:
         self.lease = lease
         self._record = record
         self._lease_for = lease_for

@@ -5,8 +5,8 @@ from __future__ import annotations
 from importlib.metadata import version
 from typing import Any
 
+from spinewatch.calibration.files import ShotFiles, calibrate_files, control_field, solve_parameters
 from spinewatch.calibration.from_images import FromImagesParameters
-from spinewatch.formats.calibration_files import ShotFiles, calibrate_files, control_field, solve_parameters
 from spinewatch.pipeline import Progress
 from store.calibration_requests import CalibrationWork
 

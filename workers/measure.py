@@ -6,11 +6,11 @@ from datetime import timedelta
 from importlib.metadata import version
 from typing import Any, Literal, cast
 
+from contract.stage_documents import flags_document, stage_document
 from spinewatch.flags import Flag
-from spinewatch.formats.images import decode_image
-from spinewatch.formats.rig_json import rig_from_dict
-from spinewatch.formats.stage_json import flags_document, stage_document
+from spinewatch.imaging.decoding import decode_image
 from spinewatch.pipeline import Parameters, Progress, StageRequest, measure_stage, parameters_document
+from spinewatch.rig_files.rig_json import rig_from_dict
 from store.stages import StageWork
 
 _VERSION = version("spinewatch")

@@ -11,10 +11,10 @@ from collections.abc import Callable
 import numpy as np
 import structlog
 
-from store.bell import Bell
+from settings import Settings
 from store.clock import utc_now
-from store.record import Record
-from store.settings import Settings
+from store.database import Database
+from store.queue import JobQueue
 from workers.sweep import sweep
 from workers.worker import CarryOut, Worker
 
@@ -30,9 +30,9 @@ def run(settings: Settings, carry_out: CarryOut) -> int:
     """Answer the bell until SIGTERM or SIGINT; return the exit status."""
     limit_memory(settings.worker_memory_bytes)
     keep_freed_memory()
-    record = Record(settings.database_url)
+    record = Database(settings.database_url)
     worker = Worker(record, settings, carry_out)
-    bell = Bell(settings.bell_file, worker.answer)
+    bell = JobQueue(settings.queue_file, worker.answer)
     consumer = bell.huey.create_consumer(
         workers=1,
         periodic=False,
@@ -86,7 +86,7 @@ def _beat(worker: Worker, max_seconds: float) -> None:
     attempt.beat()
 
 
-def _give_back(worker: Worker, bell: Bell) -> None:
+def _give_back(worker: Worker, bell: JobQueue) -> None:
     try:
         job_id = worker.release()
         if job_id is not None:

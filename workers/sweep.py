@@ -5,13 +5,13 @@ from __future__ import annotations
 from datetime import datetime, timedelta
 
 from store import jobs
-from store.bell import Bell
-from store.record import Record
+from store.database import Database
+from store.queue import JobQueue
 
 _QUIET = timedelta(seconds=2)  # a job that was rung so recently may be about to be claimed
 
 
-def sweep(record: Record, bell: Bell, now: datetime) -> int:
+def sweep(record: Database, bell: JobQueue, now: datetime) -> int:
     """Ring for queued jobs and expired leases that nobody rang for lately; return how many were rung.
 
     A job whose ring still waits in the queue is left alone, or a backlog would multiply.

@@ -8,12 +8,12 @@ from typing import Any
 
 import structlog
 
+from settings import Settings
 from spinewatch.errors import SpinewatchError
 from spinewatch.pipeline import Progress
 from store import jobs
 from store.clock import utc_now
-from store.record import Record
-from store.settings import Settings
+from store.database import Database
 from store.work import Work, work_of
 from workers.attempt import Attempt, LeaseLostError
 
@@ -26,7 +26,7 @@ _log = structlog.get_logger("worker")
 class Worker:
     """Works on one job at a time; ``attempt`` is the one at hand."""
 
-    def __init__(self, record: Record, settings: Settings, carry_out: CarryOut) -> None:
+    def __init__(self, record: Database, settings: Settings, carry_out: CarryOut) -> None:
         self.attempt: Attempt | None = None
         self._record = record
         self._carry_out = carry_out

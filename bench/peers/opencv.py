@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from spinewatch.arrays import Float
 from spinewatch.calibration.points import ImagePoints, Sensor
-from spinewatch.camera import Float
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import least_squares
 
-from spinewatch.calibration.dlt import angles_of
+from spinewatch.arrays import Float
 from spinewatch.calibration.points import ImagePoints, Sensor
-from spinewatch.camera import Camera, Float
+from spinewatch.camera import Camera
+from spinewatch.geometry.rotations import angles_from_rotation
 
 
 def tsai_two_stage(points: ImagePoints, sensor: Sensor) -> Camera:
@@ -38,7 +39,7 @@ def tsai_two_stage(points: ImagePoints, sensor: Sensor) -> Camera:
         centre = -M.T @ np.array([T[0], T[1], v[1]])
         return sensor.camera(
             (float(centre[0]), float(centre[1]), float(centre[2])),
-            angles_of(M),
+            angles_from_rotation(M),
             float(v[0]),
             radial=(float(v[2]), 0.0),
         )

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
+from spinewatch.arrays import Float
 from spinewatch.calibration.points import ImagePoints
-from spinewatch.camera import Float
 
 
 @dataclass(frozen=True, eq=False)

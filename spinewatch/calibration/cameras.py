@@ -8,16 +8,16 @@ from itertools import combinations
 
 import numpy as np
 
-from spinewatch.calibration.accuracy import ShotAccuracy, shot_accuracy
-from spinewatch.calibration.blunders import adjust_without_blunders
-from spinewatch.calibration.bundle import Adjustment, Block, View
-from spinewatch.calibration.calibrate import FOR_EXTERIOR, RemovedPoint, calibration_flags
 from spinewatch.calibration.errors import TooFewPointsError
-from spinewatch.calibration.placement import Placement
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot, refuse_contradictions
-from spinewatch.calibration.resection import SolveParameters, resect
+from spinewatch.calibration.quality.accuracy import ShotAccuracy, shot_accuracy
+from spinewatch.calibration.solve.blunders import adjust_without_blunders
+from spinewatch.calibration.solve.bundle import Block, BundleAdjustment, ImageIndex
+from spinewatch.calibration.solve.resection import SolveParameters, resect
+from spinewatch.calibration.stereo import FOR_EXTERIOR, RemovedPoint, calibration_flags
 from spinewatch.camera import Camera, Rig
 from spinewatch.flags import Flag
+from spinewatch.geometry.transforms import RigidTransform
 
 Images = Mapping[str, ImagePoints]
 """What one camera sees, by shot."""
@@ -34,7 +34,7 @@ class CalibratedCameras:
 
     cameras: Mapping[str, Camera]
     shots: tuple[str, ...]
-    adjustment: Adjustment
+    adjustment: BundleAdjustment
     removed: tuple[RemovedPoint, ...]
     pairs: Mapping[tuple[str, str], tuple[ShotAccuracy, ...]]
     flags: tuple[Flag, ...]
@@ -61,13 +61,13 @@ def calibrate_cameras(
     _refuse_unseen(seen, shots)
     usable = {name: [_usable(images.get(shot)) for shot in shots] for name, images in seen.items()}
     alone = [resect(images, sensor, parameters, f"camera {name}") for name, images in usable.items()]
-    views: dict[View, ImagePoints] = {
+    views: dict[ImageIndex, ImagePoints] = {
         (c, s): image
         for c, images in enumerate(usable.values())
         for s, image in enumerate(images)
         if image is not None
     }
-    placements: list[Placement] = []
+    placements: list[RigidTransform] = []
     for s, shot in enumerate(shots):
         first = next((c for c in range(len(alone)) if (c, s) in views), None)
         if first is None:
@@ -104,7 +104,7 @@ def _refuse_unseen(seen: Mapping[str, Images], shots: Sequence[str]) -> None:
 
 
 def _pairs(
-    cameras: Mapping[str, Camera], shots: Sequence[str], adjustment: Adjustment
+    cameras: Mapping[str, Camera], shots: Sequence[str], adjustment: BundleAdjustment
 ) -> dict[tuple[str, str], tuple[ShotAccuracy, ...]]:
     """Return the reconstruction of the points that two cameras both see, by pair; pairs without such are left out."""
     images = adjustment.block.images

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from spinewatch.arrays import Float
 from spinewatch.calibration.errors import ControlFieldError
-from spinewatch.camera import Float
 
 LOW_MM = (0.0, 15.0, 30.0, 45.0)
 HIGH_MM = (60.0, 75.0, 90.0, 105.0)

@@ -7,30 +7,29 @@ from dataclasses import dataclass, replace
 from dataclasses import field as default
 
 import numpy as np
-from numpy.typing import NDArray
 
-from spinewatch.calibration.accuracy import (
+from spinewatch.arrays import Float, Pixels
+from spinewatch.calibration.control_field import ControlField
+from spinewatch.calibration.errors import CalibrationError, ControlFieldError, PlanarFieldError
+from spinewatch.calibration.marks.detection import TargetParameters, Targets, find_targets
+from spinewatch.calibration.marks.eccentricity import eccentricity_px
+from spinewatch.calibration.marks.identification import MarkIdentificationParameters, identify
+from spinewatch.calibration.points import ImagePoints, Sensor, Shot, flatness
+from spinewatch.calibration.quality.accuracy import (
     ShotAccuracy,
     calibration_accuracy,
     common_points,
     leave_one_out,
     reconstruct,
 )
-from spinewatch.calibration.calibrate import Calibration, calibrate, readjust, sampled_rigs
-from spinewatch.calibration.control_field import ControlField
-from spinewatch.calibration.dlt import MIN_FLATNESS
-from spinewatch.calibration.eccentricity import eccentricity_px
-from spinewatch.calibration.errors import CalibrationError, ControlFieldError, PlanarFieldError
-from spinewatch.calibration.geometry import StereoGeometry, stereo_geometry
-from spinewatch.calibration.identify import IdentifyParameters, identify
-from spinewatch.calibration.placement import Placement, absolute_orientation
-from spinewatch.calibration.points import ImagePoints, Sensor, Shot, flatness
-from spinewatch.calibration.resection import SolveParameters
-from spinewatch.calibration.targets import TargetParameters, Targets, find_targets
-from spinewatch.camera import Camera, Float
+from spinewatch.calibration.quality.stereo_geometry import StereoGeometry, stereo_geometry
+from spinewatch.calibration.solve.dlt import MIN_FLATNESS
+from spinewatch.calibration.solve.resection import SolveParameters
+from spinewatch.calibration.stereo import Calibration, calibrate, readjust, sampled_rigs
+from spinewatch.camera import Camera
 from spinewatch.errors import ImageSizeError, SameImageError
+from spinewatch.geometry.transforms import RigidTransform, fit_rigid
 
-Image = NDArray[np.uint8] | NDArray[np.uint16]
 Progress = Callable[[str, float], None]
 
 _SAMPLES = 50
@@ -48,7 +47,7 @@ class FromImagesParameters:
     pixel_size_mm: tuple[float, float] | None = None
     f_number: float = 4.0
     targets: TargetParameters = default(default_factory=TargetParameters)
-    identify: IdentifyParameters = default(default_factory=IdentifyParameters)
+    identify: MarkIdentificationParameters = default(default_factory=MarkIdentificationParameters)
     solve: SolveParameters = default(default_factory=SolveParameters)
 
 
@@ -73,7 +72,7 @@ def silent(step: str, fraction: float) -> None:
 
 
 def calibrate_from_images(
-    shots: Sequence[tuple[Image, Image]],
+    shots: Sequence[tuple[Pixels, Pixels]],
     field: ControlField,
     parameters: FromImagesParameters | None = None,
     progress: Progress = silent,
@@ -157,7 +156,7 @@ def assess(
     )
 
 
-def _refuse_images(shots: Sequence[tuple[Image, Image]], names: Sequence[str]) -> None:
+def _refuse_images(shots: Sequence[tuple[Pixels, Pixels]], names: Sequence[str]) -> None:
     for name, (left, right) in zip(names, shots, strict=True):
         if left.shape == right.shape and np.array_equal(left, right):
             raise SameImageError(
@@ -171,8 +170,10 @@ def _refuse_images(shots: Sequence[tuple[Image, Image]], names: Sequence[str]) -
                 )
 
 
-def _sensors(shots: Sequence[tuple[Image, Image]], parameters: FromImagesParameters) -> tuple[Sensor, Sensor]:
-    def sensor(image: Image) -> Sensor:
+def _sensors(
+    shots: Sequence[tuple[Pixels, Pixels]], parameters: FromImagesParameters
+) -> tuple[Sensor, Sensor]:
+    def sensor(image: Pixels) -> Sensor:
         size = (image.shape[1], image.shape[0])
         if parameters.pixel_size_mm is None:
             return Sensor.of_cart(size)
@@ -185,7 +186,7 @@ def _sensors(shots: Sequence[tuple[Image, Image]], parameters: FromImagesParamet
 
 def _see(
     name: str,
-    pair: tuple[Image, Image],
+    pair: tuple[Pixels, Pixels],
     field: ControlField,
     sensors: tuple[Sensor, Sensor],
     lenses: list[Camera | None],
@@ -211,13 +212,13 @@ def _spreads(points: ImagePoints, targets: Targets) -> Float:
 
 
 def _centred(
-    shot: Shot, spreads: Sequence[Float], calibration: Calibration, placement: Placement | None
+    shot: Shot, spreads: Sequence[Float], calibration: Calibration, placement: RigidTransform | None
 ) -> Shot:
     """Return the shot with the eccentricity of its marks taken off; a shot not adjusted is placed by its points."""
     rig = calibration.rig
     if placement is None:
         _, control, left, right = common_points(shot)
-        placement = absolute_orientation(control, reconstruct(rig, left, right))
+        placement = fit_rigid(control, reconstruct(rig, left, right))
 
     def centred(image: ImagePoints, camera: Camera, spread: Float) -> ImagePoints:
         off = eccentricity_px(camera, placement, image.control_mm, spread)

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from spinewatch.arrays import Float
 from spinewatch.calibration.errors import PointsError
-from spinewatch.camera import Camera, Float
+from spinewatch.camera import Camera
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from spinewatch.arrays import Float
 from spinewatch.calibration.control_field import ControlField
-from spinewatch.calibration.placement import Placement
-from spinewatch.camera import Camera, Float
+from spinewatch.camera import Camera
+from spinewatch.geometry.transforms import RigidTransform
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class BoardLook:
 def draw_board(
     camera: Camera,
     field: ControlField,
-    placement: Placement,
+    placement: RigidTransform,
     rng: np.random.Generator,
     look: BoardLook | None = None,
 ) -> NDArray[np.uint8]:
@@ -68,7 +69,7 @@ def _plane(eye: Float, rays: Float, field: ControlField, look: BoardLook) -> Flo
 
 
 def _window(
-    camera: Camera, placement: Placement, point: Float, look: BoardLook, shape: tuple[int, ...]
+    camera: Camera, placement: RigidTransform, point: Float, look: BoardLook, shape: tuple[int, ...]
 ) -> tuple[slice, slice] | None:
     r = look.peg_mm / 2
     corners = np.array(

@@ -9,9 +9,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spinewatch.camera import Camera, Float, Rig
-from spinewatch.features import Features
-from spinewatch.triads.model import FLAT_10_14_18, TriadModel
+from spinewatch.arrays import Float
+from spinewatch.camera import Camera, Rig
+from spinewatch.detection.features import Features
+from spinewatch.markers import FLAT_10_14_18, TriadModel
 from spinewatch.triads.pose import Pose
 
 Side = Literal["left", "right"]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from spinewatch.camera import Camera, Float, Rig, degrees_from_dms
-from spinewatch.correspondence.rig_check import moved_camera
+from spinewatch.arrays import Float
+from spinewatch.camera import Camera, Rig
+from spinewatch.geometry.angles import degrees_from_dms
 
 CART_IMAGE_PX = (568, 416)
 CART_PIXEL_MM = (0.01, 0.00845)
@@ -112,5 +113,5 @@ def perturbed_rig(rig: Rig, rng: np.random.Generator, turn_sd_deg: float, shift_
     if not (turn_sd_deg or shift_sd_mm):
         return rig
     turn = np.radians(turn_sd_deg) * rng.standard_normal(3)
-    right = moved_camera(rig.right, turn, shift_sd_mm * rng.standard_normal(3))
+    right = rig.right.moved(turn, shift_sd_mm * rng.standard_normal(3))
     return Rig(f"{rig.name} (perturbed)", rig.left, right)

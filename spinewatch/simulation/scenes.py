@@ -7,11 +7,13 @@ from typing import Any, Literal
 
 import numpy as np
 
-from spinewatch.camera import Camera, Float, Rig
+from spinewatch.arrays import Float
+from spinewatch.camera import Camera, Rig
+from spinewatch.errors import ParameterError
+from spinewatch.markers import FLAT_10_14_18, TriadModel
 from spinewatch.simulation.observations import HiddenImage, Noise, Observation, Side, ball_centres, observe
 from spinewatch.simulation.rigs import perturbed_rig
 from spinewatch.simulation.spines import random_spine
-from spinewatch.triads.model import FLAT_10_14_18, TriadModel
 from spinewatch.triads.pose import Pose
 
 SIDES: tuple[Side, Side] = ("left", "right")
@@ -74,12 +76,32 @@ def simulate_scene(rig: Rig, parameters: SceneParameters, rng: np.random.Generat
 
 
 def aim_point(rig: Rig) -> Float:
-    """Return the point (3,) nearest to both optical axes, mm."""
-    axes = -np.stack([rig.left.M[2], rig.right.M[2]])
-    centres = np.stack([rig.left.centre, rig.right.centre])
-    across = np.eye(3) - axes[:, :, None] * axes[:, None, :]
-    b = (across @ centres[:, :, None]).sum(axis=0)[:, 0]
-    return np.asarray(np.linalg.solve(across.sum(axis=0), b), dtype=np.float64)
+    """Return the point nearest to both optical axes.
+
+    Parameters
+    ----------
+    rig
+        A rig whose axes are not parallel.
+
+    Returns
+    -------
+    Float
+        The midpoint of the axes' common perpendicular, shape (3,), object space, mm.
+
+    Raises
+    ------
+    ParameterError
+        If the axes are parallel.
+
+    """
+    along = rig.axes_approach_mm
+    if along is None:
+        raise ParameterError("the optical axes are parallel: give a rig whose cameras converge")
+    ends = [
+        camera.centre - depth * camera.M[2]
+        for camera, depth in zip((rig.left, rig.right), along, strict=True)
+    ]
+    return np.asarray(np.mean(ends, axis=0))
 
 
 def truth_document(scene: SimulatedScene, name: str) -> dict[str, Any]:

@@ -7,9 +7,10 @@ from typing import Literal
 
 import numpy as np
 
-from spinewatch.camera import Float
+from spinewatch.arrays import Float
+from spinewatch.geometry.rotations import rotation_from_vector
 from spinewatch.simulation.rigs import MEASURING_VOLUME_CENTRE_MM
-from spinewatch.triads.pose import Pose, rotation_from_vector
+from spinewatch.triads.pose import Pose
 
 
 def random_spine(

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spinewatch.camera import Float
+from spinewatch.arrays import Float
 from spinewatch.errors import SpinewatchError
-from spinewatch.triads.pose import Pose, cross_matrix, vector_from_rotation
+from spinewatch.geometry.rotations import cross_matrix, inverse_left_jacobian, vector_from_rotation
+from spinewatch.triads.pose import Pose
 
 
 class ReferenceMissingError(SpinewatchError):
@@ -85,7 +86,7 @@ def _motion(vertebra: str, before: Pose, after: Pose) -> VertebraMotion:
     vector = vector_from_rotation(R)
     angle = float(np.linalg.norm(vector))
     turning = after.covariance[3:, 3:] + R @ before.covariance[3:, 3:] @ R.T
-    J = _inverse_left_jacobian(vector)
+    J = inverse_left_jacobian(vector)
     if angle > 0:
         unit = vector / angle
         angle_variance = float(unit @ turning @ unit)
@@ -104,13 +105,3 @@ def _motion(vertebra: str, before: Pose, after: Pose) -> VertebraMotion:
         angle_sd_deg=float(np.sqrt(angle_variance)),
         normal_angle_deg=float(np.degrees(np.arctan2(np.linalg.norm(np.cross(*n)), n[0] @ n[1]))),
     )
-
-
-def _inverse_left_jacobian(vector: Float) -> Float:
-    """Return J (3, 3) with Log(Exp(small) Exp(vector)) = vector + J small, to first order."""
-    angle = float(np.linalg.norm(vector))
-    W = cross_matrix(vector)
-    if angle < 1e-4:
-        return np.eye(3) - 0.5 * W + W @ W / 12
-    half = angle / 2
-    return np.asarray(np.eye(3) - 0.5 * W + (1 - half / np.tan(half)) / angle**2 * (W @ W))

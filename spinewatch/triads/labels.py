@@ -11,9 +11,10 @@ from typing import Literal
 
 import numpy as np
 
-from spinewatch.camera import Float
+from spinewatch.arrays import Float
 from spinewatch.flags import Flag
-from spinewatch.triads.pose import MeasuredTriad, Pose, vector_from_rotation
+from spinewatch.geometry.rotations import vector_from_rotation
+from spinewatch.triads.pose import MeasuredTriad, Pose
 
 _REGIONS = {"C": 0, "T": 7, "L": 19, "S": 24}
 _VERTEBRA = re.compile(r"([CTLS])(\d{1,2})")
@@ -25,21 +26,21 @@ _LARGEST_TURN_SIGMA = 4.0  # a clamp may have been turned
 class LabelParameters:
     """How the row decides on labels when triads are missing.
 
-    ``spacing_sd`` is the relative irregularity of the distance between neighbours, ``least_ratio`` how much
+    ``spacing_sd`` is the relative irregularity of the distance between neighbours, ``min_ratio`` how much
     likelier the best assignment must be than the next. Against a known configuration (H4): ``moved_sd_mm`` of
-    a distance and ``turned_sd_deg`` of a rotation between neighbours since then; beyond ``most_sigma`` on
+    a distance and ``turned_sd_deg`` of a rotation between neighbours since then; beyond ``max_sigma`` on
     average nothing agrees.
     """
 
     spacing_sd: float = 0.12
-    least_ratio: float = 100.0
+    min_ratio: float = 100.0
     moved_sd_mm: float = 3.0
     turned_sd_deg: float = 8.0
-    most_sigma: float = 5.0
+    max_sigma: float = 5.0
 
 
 @dataclass(frozen=True, eq=False)
-class KnownRow:
+class KnownConfiguration:
     """What is known of the row before the picture is looked at, by label.
 
     ``poses`` of an earlier stage, in any one frame; ``distances_mm`` between pairs of vertebrae, from
@@ -76,7 +77,7 @@ def label_triads(
     labels: Sequence[str],
     axis: Literal["x", "y", "auto"] = "auto",
     parameters: LabelParameters | None = None,
-    known: KnownRow | None = None,
+    known: KnownConfiguration | None = None,
 ) -> tuple[tuple[LabelledTriad, ...], tuple[Flag, ...]]:
     """Return the triads in order along the spine axis with their labels, and flags.
 
@@ -86,7 +87,7 @@ def label_triads(
     triad missing at an end leaves no trace, so that no label is given.
     """
     ordered = in_order(triads, axis)
-    chosen, reason = _assign(ordered, labels, parameters or LabelParameters(), known or KnownRow())
+    chosen, reason = _assign(ordered, labels, parameters or LabelParameters(), known or KnownConfiguration())
     if chosen is None:
         unlabelled = tuple(LabelledTriad(None, reason, triad) for triad in ordered)
         flags = (Flag("labels-uncertain", reason),) if reason and ordered and labels else ()
@@ -114,7 +115,7 @@ def levels(labels: Sequence[str]) -> Float:
 
 
 def _assign(
-    ordered: list[MeasuredTriad], labels: Sequence[str], p: LabelParameters, known: KnownRow
+    ordered: list[MeasuredTriad], labels: Sequence[str], p: LabelParameters, known: KnownConfiguration
 ) -> tuple[tuple[int, ...] | None, str | None]:
     """Return the places of the triads in ``labels``, or None and why they cannot be told."""
     found, expected = len(ordered), len(labels)
@@ -137,7 +138,7 @@ def _likeliest(
     ordered: list[MeasuredTriad],
     labels: Sequence[str],
     p: LabelParameters,
-    known: KnownRow,
+    known: KnownConfiguration,
 ) -> tuple[tuple[int, ...] | None, str | None]:
     """Return the possible places that the known configuration, or else the evenness of gaps, makes likeliest."""
     found, expected = len(ordered), len(labels)
@@ -145,7 +146,7 @@ def _likeliest(
         return None, f"only {found} of {expected} triads were found, too few to tell which"
     if known.covers(labels):
         likelihood = np.array([_agreement(a, ordered, labels, p, known) for a in possible])
-        if likelihood.max() < -0.5 * p.most_sigma**2 * (found - 1):
+        if likelihood.max() < -0.5 * p.max_sigma**2 * (found - 1):
             return None, "the triads that were found are not where the known configuration has any"
         basis = "the known configuration does not tell which"
     else:
@@ -154,13 +155,13 @@ def _likeliest(
         likelihood = np.array([_evenness(gaps, levels(labels)[list(a)], p.spacing_sd) for a in possible])
         basis = "the gaps between the others do not tell which"
     best, second = np.argsort(-likelihood, kind="stable")[:2]
-    if likelihood[best] - likelihood[second] < np.log(p.least_ratio):
+    if likelihood[best] - likelihood[second] < np.log(p.min_ratio):
         return None, f"{expected - found} of {expected} triads missing, and {basis}"
     return possible[best], None
 
 
 def _markers_agree(
-    places: Sequence[int], ordered: list[MeasuredTriad], labels: Sequence[str], known: KnownRow
+    places: Sequence[int], ordered: list[MeasuredTriad], labels: Sequence[str], known: KnownConfiguration
 ) -> bool:
     return all(
         known.markers.get(labels[k], triad.model) == triad.model
@@ -173,7 +174,7 @@ def _agreement(
     ordered: list[MeasuredTriad],
     labels: Sequence[str],
     p: LabelParameters,
-    known: KnownRow,
+    known: KnownConfiguration,
 ) -> float:
     """Return the log-likelihood, but for a constant, of neighbours' distances and rotations as known (H4)."""
     total = 0.0

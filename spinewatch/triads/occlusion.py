@@ -15,31 +15,30 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2
 
-from spinewatch.camera import Float, Rig
-from spinewatch.correspondence.intersection import plate_projection
-from spinewatch.correspondence.matcher import Points
-from spinewatch.correspondence.rays import Rays
-from spinewatch.triads.adjustment import adjust_poses
-from spinewatch.triads.choose import (
+from spinewatch.arrays import Float, Int
+from spinewatch.camera import Rig
+from spinewatch.geometry.rays import Rays
+from spinewatch.geometry.transforms import approximate_poses
+from spinewatch.markers import TriadModel
+from spinewatch.matching.identification import (
+    IdentificationParameters,
+    identify_triads,
+    log_gate_volume,
+    within_reach,
+)
+from spinewatch.matching.points import Points
+from spinewatch.matching.selection import (
     HIDDEN,
-    Candidates,
-    ChooseParameters,
+    SelectionParameters,
+    TriadCandidates,
     padded,
     point_odds,
     score_odds,
     weigh_tilt,
     weigh_triplets,
 )
-from spinewatch.triads.identify import (
-    IdentifyParameters,
-    Int,
-    identify_triads,
-    log_gate_volume,
-    within_reach,
-)
-from spinewatch.triads.measure import triad_view
-from spinewatch.triads.model import TriadModel
-from spinewatch.triads.pose import rough_pose
+from spinewatch.triads.pose_adjustment import adjust_poses
+from spinewatch.triads.pose_fit import triad_view
 
 _FREEDOM = 4
 _TURNS = 24
@@ -57,7 +56,7 @@ class OcclusionParameters:
     fit's chi-square discards; ``share``, how often a triad that is not in full view lacks just one ball
     image, and how many are expected when the number of triads is unknown; ``pair_share``, the same for two
     balls in full view and no more; ``extra_sd_mrad`` as in ``MatcherParameters``, but smaller, since large
-    errors would hide which of two poses is the true one; ``most_candidates`` fitted. ``enabled`` false finds
+    errors would hide which of two poses is the true one; ``max_candidates`` fitted. ``enabled`` false finds
     triads in full view only.
     """
 
@@ -68,7 +67,7 @@ class OcclusionParameters:
     share: float = 0.3
     pair_share: float = 0.1
     extra_sd_mrad: float = 0.1
-    most_candidates: int = 200
+    max_candidates: int = 200
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,52 +87,52 @@ def occluded_candidates(
     free: tuple[Int, Int],
     rig: Rig,
     models: Sequence[TriadModel],
-    choose: ChooseParameters,
+    choose: SelectionParameters,
     parameters: OcclusionParameters,
     missing: int | None,
-) -> Candidates:
+) -> TriadCandidates:
     """Return triads with a hidden ball, strongest first of each kind.
 
     ``rays`` (left, right) of all features; ``points`` and ``free`` features that may still be used;
     ``missing`` triads are expected, or None. Of two poses of the same features the likelier is listed.
     """
     expected = missing if missing is not None else 1
-    parts = [Candidates.empty()]
+    parts = [TriadCandidates.empty()]
     for index, model in enumerate(models):
         if len(model.balls) == 4:
             parts += _without_one_ball(points, rig, index, model, choose, parameters.share * expected)
             continue
         seeds = _seeds(points, rays, free, model, choose, parameters)
-        fitted = Candidates.joined(
-            [Candidates.empty()] + [_fit(s, rays, rig, index, model, choose, parameters) for s in seeds]
+        fitted = TriadCandidates.joined(
+            [TriadCandidates.empty()] + [_fit(s, rays, rig, index, model, choose, parameters) for s in seeds]
         )
-        parts.append(_strongest(fitted, parameters.share * expected, parameters.most_candidates))
+        parts.append(_strongest(fitted, parameters.share * expected, parameters.max_candidates))
         if missing is not None:
             pairs = _bare_pairs(points, index, model, choose, parameters)
             parts.append(_strongest(pairs, parameters.pair_share * expected, _MOST_PAIRS))
-    return Candidates.joined(parts)
+    return TriadCandidates.joined(parts)
 
 
-def _strongest(found: Candidates, expected: float, most: int) -> Candidates:
+def _strongest(found: TriadCandidates, expected: float, most: int) -> TriadCandidates:
     """Return the likeliest candidate for each set of features, strongest first, with their odds beforehand."""
-    order = np.argsort(-found.evidence, kind="stable")
+    order = np.argsort(-found.log_odds, kind="stable")
     features = np.concatenate([found.left, found.right], axis=1)[order]
     _, first = np.unique(features, axis=0, return_index=True)
     found = found.take(order[np.sort(first)])
     prior = np.log(expected / max(len(found), 1))
-    return replace(found, evidence=found.evidence + prior).take(np.arange(min(most, len(found))))
+    return replace(found, log_odds=found.log_odds + prior).take(np.arange(min(most, len(found))))
 
 
 def _without_one_ball(
-    points: Points, rig: Rig, index: int, model: TriadModel, choose: ChooseParameters, expected: float
-) -> list[Candidates]:
+    points: Points, rig: Rig, index: int, model: TriadModel, choose: SelectionParameters, expected: float
+) -> list[TriadCandidates]:
     """Return markers of four balls of which just three are in full view, for each hidden ball."""
     parts = []
     for hidden in range(4):
         triad = model.without(hidden)
         if triad is None:
             continue
-        triplets = identify_triads(points, triad, IdentifyParameters())
+        triplets = identify_triads(points, triad, IdentificationParameters())
         prior = float(np.log(expected / max(4 * len(triplets), 1)))
         found = weigh_triplets(triplets, points, index, triad, rig, choose, prior)
         left, right = (
@@ -144,12 +143,16 @@ def _without_one_ball(
 
 
 def _bare_pairs(
-    points: Points, index: int, model: TriadModel, choose: ChooseParameters, parameters: OcclusionParameters
-) -> Candidates:
+    points: Points,
+    index: int,
+    model: TriadModel,
+    choose: SelectionParameters,
+    parameters: OcclusionParameters,
+) -> TriadCandidates:
     """Return pairs of balls of a triad of which a view may show the third, with a pose that faces up."""
     lists = within_reach(points, model.distances_mm, parameters.tolerance_mm)
     odds = point_odds(points, choose)
-    parts = [Candidates.empty()]
+    parts = [TriadCandidates.empty()]
     for (a, b), distance, pairs in zip(model.pairs.tolist(), model.distances_mm, lists, strict=True):
         p, q = pairs.T
         along = points.position_mm[q] - points.position_mm[p]
@@ -163,9 +166,9 @@ def _bare_pairs(
         for row, used in zip(images, (points.left_index, points.right_index), strict=True):
             row[:, a], row[:, b] = used[p], used[q]
         kinds = np.full(len(pairs), index, dtype=np.intp)
-        found = Candidates(kinds, origin, rotation, fitting + odds[p] + odds[q], images[0], images[1])
+        found = TriadCandidates(kinds, origin, rotation, fitting + odds[p] + odds[q], images[0], images[1])
         parts.append(found.take(surprise <= chi2.isf(parameters.loss, 1)))
-    return Candidates.joined(parts)
+    return TriadCandidates.joined(parts)
 
 
 def _surprise(points: Points, pairs: Int, distance_mm: float) -> Float:
@@ -191,7 +194,7 @@ def _seeds(
     rays: tuple[Rays, Rays],
     free: tuple[Int, Int],
     model: TriadModel,
-    choose: ChooseParameters,
+    choose: SelectionParameters,
     parameters: OcclusionParameters,
 ) -> Iterator[_Seeds]:
     """Yield possible triads for each hidden ball and each view that still shows it."""
@@ -271,8 +274,8 @@ def _meetings(
     if not len(circles) or not len(free):
         none = np.empty(0, dtype=np.intp)
         return none, none, none, np.empty(0)
-    images, _ = plate_projection(rays.camera, circles)
-    margin = rays.camera.focal_length_mm * parameters.reach_mrad / 1000
+    images, _ = rays.pinhole.project(circles)
+    margin = rays.pinhole.focal_length_mm * parameters.reach_mrad / 1000
     low, high = images.min(axis=1)[:, None] - margin, images.max(axis=1)[:, None] + margin
     at = rays.ideal_mm[free]
     pair, k = np.nonzero(np.all((at >= low) & (at <= high), axis=-1))
@@ -289,12 +292,12 @@ def _fit(
     rig: Rig,
     index: int,
     model: TriadModel,
-    choose: ChooseParameters,
+    choose: SelectionParameters,
     parameters: OcclusionParameters,
-) -> Candidates:
-    origin, rotation = rough_pose(model.coordinates_mm, seeds.balls_mm)
+) -> TriadCandidates:
+    origin, rotation = approximate_poses(model.coordinates_mm, seeds.balls_mm)
     facing = np.flatnonzero(weigh_tilt(origin, rotation, rig, choose)[0])
-    kept = facing[np.argsort(seeds.misfit_mm[facing], kind="stable")][: parameters.most_candidates]
+    kept = facing[np.argsort(seeds.misfit_mm[facing], kind="stable")][: parameters.max_candidates]
     left, right = seeds.left[kept], seeds.right[kept]
     views = [triad_view(r, i) for r, i in zip(rays, (left, right), strict=True)]
     fit = adjust_poses(model.coordinates_mm, views, origin[kept], rotation[kept], steps=5)
@@ -303,12 +306,12 @@ def _fit(
     fitting = (
         -0.5 * fit.chi2 - 0.5 * _FREEDOM * np.log(2 * np.pi) + log_gate_volume(_FREEDOM, parameters.loss)
     )
-    evidence = fitting + tilt + seeds.odds[kept]
-    found = Candidates(
+    log_odds = fitting + tilt + seeds.odds[kept]
+    found = TriadCandidates(
         np.full(len(kept), index, dtype=np.intp),
         fit.position_mm,
         fit.rotation,
-        evidence,
+        log_odds,
         padded(left),
         padded(right),
     )

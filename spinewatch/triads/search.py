@@ -8,24 +8,25 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from spinewatch.arrays import Int
 from spinewatch.camera import Rig
-from spinewatch.correspondence.matcher import MatcherParameters, Points, match_features
-from spinewatch.correspondence.rays import Rays, feature_rays
-from spinewatch.features import Features
+from spinewatch.detection.features import Features
 from spinewatch.flags import Flag
-from spinewatch.triads.choose import (
+from spinewatch.geometry.rays import Rays
+from spinewatch.markers import FLAT_10_14_18, TriadModel
+from spinewatch.matching.identification import IdentificationParameters, Triplets, identify_triads
+from spinewatch.matching.points import MatcherParameters, Points, match_features
+from spinewatch.matching.selection import (
     HIDDEN,
-    Candidates,
-    ChooseParameters,
+    SelectionParameters,
     SpineAxis,
-    choose_triads,
+    TriadCandidates,
+    select_triads,
     weigh_candidates,
 )
-from spinewatch.triads.identify import IdentifyParameters, Int, Triplets, identify_triads
-from spinewatch.triads.measure import MeasureParameters, measure_triads
-from spinewatch.triads.model import FLAT_10_14_18, TriadModel
 from spinewatch.triads.occlusion import OcclusionParameters, occluded_candidates
 from spinewatch.triads.pose import MeasuredTriad
+from spinewatch.triads.pose_fit import PoseParameters, fit_poses
 
 _CERTAIN = 1e4  # log-odds of a triad that was chosen already
 
@@ -35,10 +36,10 @@ class SearchParameters:
     """Parameters of the whole search, one set a step."""
 
     matcher: MatcherParameters = field(default_factory=MatcherParameters)
-    identify: IdentifyParameters = field(default_factory=IdentifyParameters)
-    choose: ChooseParameters = field(default_factory=ChooseParameters)
+    identify: IdentificationParameters = field(default_factory=IdentificationParameters)
+    choose: SelectionParameters = field(default_factory=SelectionParameters)
     occlusion: OcclusionParameters = field(default_factory=OcclusionParameters)
-    measure: MeasureParameters = field(default_factory=MeasureParameters)
+    measure: PoseParameters = field(default_factory=PoseParameters)
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +50,7 @@ class TriadSearch:
     """
 
     triads: tuple[MeasuredTriad, ...]
-    chosen: Candidates
+    chosen: TriadCandidates
     points: Points
     triplets: tuple[Triplets, ...]
     flags: tuple[Flag, ...]
@@ -77,16 +78,19 @@ def match_triads(
     points = match_features(left, right, rig, parameters.matcher, images)
     triplets = tuple(identify_triads(points, model, parameters.identify) for model in models)
     pool = weigh_candidates(triplets, points, models, rig, parameters.choose, expected)
-    chosen = pool.take(choose_triads(pool, points, parameters.choose, expected=expected, axis=axis))
+    chosen = pool.take(select_triads(pool, points, parameters.choose, expected=expected, axis=axis))
     if parameters.occlusion.enabled and (expected is None or len(chosen) < expected):
         extra = parameters.occlusion.extra_sd_mrad
-        rays = feature_rays(rig.left, left, extra), feature_rays(rig.right, right, extra)
+        rays = (
+            left.rays(rig.left, extra),
+            right.rays(rig.right, extra),
+        )
         missing = None if expected is None else expected - len(chosen)
         others = _left_over(chosen, points, rays, rig, models, parameters, missing)
-        sure = replace(chosen, evidence=np.full(len(chosen), _CERTAIN))
-        pool = Candidates.joined([sure, others])
-        chosen = pool.take(choose_triads(pool, points, parameters.choose, expected=expected, axis=axis))
-    triads = measure_triads(left, right, rig, chosen, models, parameters.measure)
+        sure = replace(chosen, log_odds=np.full(len(chosen), _CERTAIN))
+        pool = TriadCandidates.joined([sure, others])
+        chosen = pool.take(select_triads(pool, points, parameters.choose, expected=expected, axis=axis))
+    triads = fit_poses(left, right, rig, chosen, models, parameters.measure)
     flags = (*_occlusion_flags(triads), *_pose_flags(triads), *_count_flags(triads, expected))
     return TriadSearch(triads, chosen, points, triplets, flags)
 
@@ -99,21 +103,21 @@ def ball_images(search: TriadSearch, left: Features, right: Features) -> tuple[F
 
 
 def _left_over(
-    chosen: Candidates,
+    chosen: TriadCandidates,
     points: Points,
     rays: tuple[Rays, Rays],
     rig: Rig,
     models: Sequence[TriadModel],
     parameters: SearchParameters,
     missing: int | None,
-) -> Candidates:
+) -> TriadCandidates:
     """Return triads that are not in full view, of features that the chosen ones do not use."""
     free = _unused(len(rays[0]), chosen.left), _unused(len(rays[1]), chosen.right)
     usable = np.isin(points.left_index, free[0]) & np.isin(points.right_index, free[1])
     found = occluded_candidates(
         points.take(usable), rays, free, rig, models, parameters.choose, parameters.occlusion, missing
     )
-    best = np.argsort(-found.evidence, kind="stable")[: parameters.choose.most_candidates]
+    best = np.argsort(-found.log_odds, kind="stable")[: parameters.choose.max_candidates]
     return found.take(best)
 
 

@@ -11,12 +11,12 @@ import pytest
 
 from bench import detection
 from bench.balls import BallScene, find_ball_scenes
-from bench.contenders import Contender, Places, find_balls
+from bench.contenders import ChainCandidates, Contender, find_balls
 from bench.detection_cost import SIZES, enlarge
 from bench.detection_scoring import BallErrors, FoundScene, centre_errors, centres, nearest, score
 from bench.peers_detection import PEERS, Detector
+from tests.paths import SAMPLES
 
-SAMPLES = Path(__file__).parents[2] / "samples"
 SHIFT = np.array([0.3, -0.4])
 
 
@@ -28,7 +28,7 @@ def scenes() -> list[BallScene]:
 def test_a_detector_is_scored_by_its_list(scenes: list[BallScene]) -> None:
     nowhere = np.full((15, 2), -100.0)
 
-    def shifted(scene: BallScene, budget: int) -> Places:
+    def shifted(scene: BallScene, budget: int) -> ChainCandidates:
         left, right = (np.concatenate([nowhere, v.centres_px[v.seen] + SHIFT]) for v in scene.views)
         return left, right
 
@@ -41,7 +41,7 @@ def test_a_detector_is_scored_by_its_list(scenes: list[BallScene]) -> None:
 def test_unranked_detectors_run_for_every_budget(scenes: list[BallScene]) -> None:
     asked: list[int] = []
 
-    def none_at_twenty(scene: BallScene, budget: int) -> Places:
+    def none_at_twenty(scene: BallScene, budget: int) -> ChainCandidates:
         asked.append(budget)
         left, right = (v.centres_px if budget > 20 else np.empty((0, 2)) for v in scene.views)
         return left, right

@@ -13,15 +13,16 @@ import pytest
 from bench import accuracy, scenes, speed
 from bench.scoring import honesty, score_motion, score_stage, summary
 from bench.truth import SIDES, Scene, TrueTriad, find_scenes, read_surgery
-from spinewatch.detection.detector import Detection
-from spinewatch.detection.preprocess import Exposure
-from spinewatch.detection.surgical_field import SurgicalField
-from spinewatch.features import Features
+from spinewatch.detection.candidates.search import Detection
+from spinewatch.detection.candidates.surgical_field import SurgicalField
+from spinewatch.detection.features import Features
+from spinewatch.geometry.rotations import rotation_from_vector
+from spinewatch.imaging.exposure import Exposure
 from spinewatch.pipeline import StageMeasurement
 from spinewatch.triads.labels import LabelledTriad
-from spinewatch.triads.pose import Ball, MeasuredTriad, Pose, rotation_from_vector
+from spinewatch.triads.pose import Ball, MeasuredTriad, Pose
+from tests.paths import SAMPLES
 
-SAMPLES = Path(__file__).parents[2] / "samples"
 EYE = np.diag([0.01] * 3 + [1.0] * 3)
 
 

@@ -12,12 +12,11 @@ from hypothesis import strategies as st
 from bench import selectivity
 from bench.balls import find_ball_scenes
 from bench.selectivity import PATCH, background, measure
-from spinewatch.detection.edges import PropertySpace
-from spinewatch.detection.similarity import Measure
-from spinewatch.detection.surgical_field import SurgicalField
-from spinewatch.detection.templates import HALF
-
-SAMPLES = Path(__file__).parents[2] / "samples"
+from spinewatch.detection.candidates.property_spaces import PropertySpace
+from spinewatch.detection.candidates.similarity import Measure
+from spinewatch.detection.candidates.surgical_field import SurgicalField
+from spinewatch.detection.candidates.templates import HALF
+from tests.paths import SAMPLES
 
 
 @given(st.lists(st.tuples(st.floats(0, 567), st.floats(0, 415)), max_size=20))

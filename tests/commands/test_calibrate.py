@@ -6,9 +6,10 @@ from typer.testing import CliRunner
 
 from commands.main import cli
 from spinewatch.errors import ImageError, SameImageError, SpinewatchError
-from spinewatch.formats.rig_json import parse_rig
+from spinewatch.rig_files.rig_json import parse_rig
+from tests.paths import SAMPLES
 
-C1 = Path(__file__).parents[2] / "samples/calibration/C1"
+C1 = SAMPLES / "calibration/C1"
 
 
 def pictures(*trials: str) -> list[str]:

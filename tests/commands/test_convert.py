@@ -7,9 +7,10 @@ from typer.testing import CliRunner
 
 from commands.main import cli
 from spinewatch.camera import Rig
-from spinewatch.formats.rig_json import parse_rig
+from spinewatch.rig_files.rig_json import parse_rig
+from tests.paths import SAMPLES
 
-RIG = Path(__file__).parents[2] / "samples/D1/rig.json"
+RIG = SAMPLES / "D1/rig.json"
 
 
 def convert(*arguments: str) -> None:

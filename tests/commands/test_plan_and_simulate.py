@@ -5,9 +5,10 @@ import pytest
 from typer.testing import CliRunner
 
 from commands.main import cli
-from spinewatch.formats.rig_json import parse_rig
+from spinewatch.rig_files.rig_json import parse_rig
+from tests.paths import SAMPLES
 
-RIG = Path(__file__).parents[2] / "samples" / "D1" / "rig.json"
+RIG = SAMPLES / "D1" / "rig.json"
 
 
 def run(*arguments: object) -> str:

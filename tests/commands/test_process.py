@@ -15,8 +15,8 @@ import pytest
 from PIL import Image
 
 from commands.main import app
+from tests.paths import PROJECT
 
-PROJECT = Path(__file__).parents[2]
 D1 = PROJECT / "samples" / "D1"
 STAGE = D1 / "PRE"
 LABELS = "L1,T11,T9,T7"

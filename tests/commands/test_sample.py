@@ -15,10 +15,10 @@ from pathlib import Path
 import httpx
 import pytest
 
-from commands.local_service import free_port
-from commands.report import print_motion, print_triads
+from commands.shared.local_service import free_port
+from commands.shared.surgery_tables import print_motion, print_triads
+from tests.paths import PROJECT
 
-PROJECT = Path(__file__).parents[2]
 SAMPLES = PROJECT / "samples"
 
 

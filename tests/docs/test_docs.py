@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
-PROJECT = Path(__file__).parents[2]
-ROOMS = ("spinewatch", "store", "workers", "service", "commands")
+from tests.paths import PROJECT
+
+ROOMS = ("spinewatch", "contract", "reports", "settings", "store", "workers", "service", "commands")
 DOCUMENTS = [
     *sorted(PROJECT.glob("*.md")),
     *sorted((PROJECT / "docs").glob("*.md")),

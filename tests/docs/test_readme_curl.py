@@ -9,9 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from commands.local_service import LocalService
-
-PROJECT = Path(__file__).parents[2]
+from commands.shared.local_service import LocalService
+from tests.paths import PROJECT
 
 
 @pytest.mark.skipif(shutil.which("curl") is None, reason="needs curl")

@@ -19,9 +19,10 @@ from uuid import uuid4
 import httpx
 
 from migrations.history import upgrade
+from tests.paths import SAMPLES
 
-SAMPLE = Path(__file__).parents[2] / "samples" / "D1"
-BOARDS = Path(__file__).parents[2] / "samples" / "calibration" / "C1"
+SAMPLE = SAMPLES / "D1"
+BOARDS = SAMPLES / "calibration" / "C1"
 RIG = json.loads((SAMPLE / "rig.json").read_text())
 VERTEBRAE = ["L1", "T11", "T9", "T7"]
 FINAL = {"succeeded", "failed", "cancelled"}

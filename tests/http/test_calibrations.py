@@ -11,10 +11,10 @@ import httpx
 import numpy as np
 import pytest
 
-from service.shots import INTERIOR
-from spinewatch.calibration.collinearity import EXTERIOR, NAMES
+from service.forms.calibration import INTERIOR
 from spinewatch.calibration.control_field import ControlField, pegboard_1995
-from spinewatch.formats.control_csv import control_field_csv
+from spinewatch.calibration.point_tables import control_field_csv
+from spinewatch.calibration.solve.collinearity import EXTERIOR, NAMES
 from tests.http.harness import FINAL, RIG, Pair, Service, board, code_of, pair, problem_of, wait_for
 from tests.http.test_stages import encoded, png_header
 

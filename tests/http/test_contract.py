@@ -3,12 +3,12 @@
 import ast
 import json
 import re
-from pathlib import Path
 
 from service.app import create_app
 from service.openapi import CONTRACT, text
-from store.settings import Settings
+from settings import Settings
 from tests.http.harness import Service
+from tests.paths import PROJECT
 
 
 def test_the_committed_contract_is_current() -> None:
@@ -44,11 +44,11 @@ def test_the_api_page_needs_nothing_from_outside(service: Service) -> None:
 
 
 def test_every_code_of_a_problem_is_in_the_manual() -> None:
-    project = Path(__file__).parents[2]
+    project = PROJECT
     manual = (project / "docs" / "api.md").read_text()
     nodes = [
         node
-        for path in [*(project / "service").glob("*.py"), *(project / "store").glob("*.py")]
+        for path in [*(project / "service").rglob("*.py"), *(project / "store").rglob("*.py")]
         for node in ast.walk(ast.parse(path.read_text()))
     ]
     codes = {

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import json
 from datetime import UTC, datetime, timedelta
-from pathlib import Path
 from typing import Any
 
-from spinewatch.formats.image_header import ImageHeader
-from spinewatch.formats.rig_json import rig_from_dict, rig_to_dict
+from spinewatch.imaging.header import ImageHeader
+from spinewatch.rig_files.rig_json import rig_from_dict, rig_to_dict
 from store import calibration_requests, calibrations, stages, surgeries
 from store.calibration_requests import NewRequest, NewShot
+from store.database import Database
 from store.images import NewImage
-from store.record import Record
 from store.stages import NewStage
 from store.surgeries import NewSurgery
 from store.tables import Stage
+from tests.paths import SAMPLES
 
-SAMPLE = Path(__file__).parents[2] / "samples" / "D1"
+SAMPLE = SAMPLES / "D1"
 RIG = rig_from_dict(json.loads((SAMPLE / "rig.json").read_text()))
 NOON = datetime(2026, 11, 21, 12, tzinfo=UTC)
 
@@ -34,14 +34,14 @@ def sample_pair(stage: str = "PRE") -> tuple[bytes, bytes]:
     return (SAMPLE / stage / "left.png").read_bytes(), (SAMPLE / stage / "right.png").read_bytes()
 
 
-def new_surgery(record: Record) -> str:
+def new_surgery(record: Database) -> str:
     with record.writing() as session:
         new = NewSurgery("2026-0417", ["L1", "T11", "T9", "T7"], "L1", "x")
         return surgeries.add(session, new, NOON).id
 
 
 def new_stage(
-    record: Record,
+    record: Database,
     surgery: str,
     name: str = "PRE",
     pair: tuple[bytes, bytes] = (b"left", b"right"),
@@ -60,7 +60,7 @@ def new_stage(
 
 
 def new_request(
-    record: Record, shots: int = 2, now: datetime = NOON, captured_at: datetime | None = None
+    record: Database, shots: int = 2, now: datetime = NOON, captured_at: datetime | None = None
 ) -> str:
     """Add a request to calibrate whose last shot only verifies; return its identifier."""
     new = NewRequest(

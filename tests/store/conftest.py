@@ -4,13 +4,13 @@ from pathlib import Path
 import pytest
 
 from migrations.history import upgrade
-from store.record import Record
+from store.database import Database
 
 
 @pytest.fixture
-def record(tmp_path: Path) -> Iterator[Record]:
+def record(tmp_path: Path) -> Iterator[Database]:
     url = f"sqlite:///{tmp_path / 'record.sqlite'}"
     upgrade(url)
-    record = Record(url)
+    record = Database(url)
     yield record
     record.close()

@@ -7,17 +7,17 @@ from sqlalchemy import select, text
 from sqlalchemy.exc import IntegrityError
 
 from store import calibration_requests, calibrations, jobs, stages
-from store.changes import Action
+from store.database import Database
 from store.errors import NotFoundError
+from store.events import Action
 from store.jobs import Lease
-from store.record import Record
 from store.tables import Calibration, Change, Job, JobKind, JobState
 from tests.store.builders import NOON, RIG, at, new_request, new_stage, new_surgery, result, solved
 
 LEASE = timedelta(seconds=5)
 
 
-def claimed(record: Record, request: str) -> Lease:
+def claimed(record: Database, request: str) -> Lease:
     with record.writing() as session:
         job = session.scalars(select(Job.id).where(Job.calibration_request_id == request)).one()
         lease = jobs.claim(session, job, NOON, LEASE, 3)
@@ -25,12 +25,12 @@ def claimed(record: Record, request: str) -> Lease:
     return lease
 
 
-def succeed(record: Record, lease: Lease) -> bool:
+def succeed(record: Database, lease: Lease) -> bool:
     with record.writing() as session:
         return jobs.succeed(session, lease, solved(), at(1))
 
 
-def test_a_request_becomes_a_calibration_of_the_same_identifier(record: Record) -> None:
+def test_a_request_becomes_a_calibration_of_the_same_identifier(record: Database) -> None:
     request = new_request(record)
     with record.reading() as session, pytest.raises(NotFoundError):
         calibrations.get(session, request)
@@ -49,14 +49,14 @@ def test_a_request_becomes_a_calibration_of_the_same_identifier(record: Record) 
     assert [shot.used for shot in made.report.request.shots] == [True, False]
 
 
-def test_the_time_of_the_shots_is_the_calibration_s(record: Record) -> None:
+def test_the_time_of_the_shots_is_the_calibration_s(record: Database) -> None:
     request = new_request(record, captured_at=at(-3600))
     assert succeed(record, claimed(record, request))
     with record.reading() as session:
         assert calibrations.get(session, request).calibrated_at == at(-3600)
 
 
-def test_work_is_everything_that_was_asked_for_in_order(record: Record) -> None:
+def test_work_is_everything_that_was_asked_for_in_order(record: Database) -> None:
     request = new_request(record, shots=3)
     with record.reading() as session:
         work = calibration_requests.work(session, request)
@@ -64,7 +64,7 @@ def test_work_is_everything_that_was_asked_for_in_order(record: Record) -> None:
     assert (work.name, work.control_field, work.verify) == ("cart 1", "pegboard-1995", 1)
 
 
-def test_who_has_lost_the_lease_makes_no_calibration(record: Record) -> None:
+def test_who_has_lost_the_lease_makes_no_calibration(record: Database) -> None:
     request = new_request(record)
     lease = claimed(record, request)
     with record.writing() as session:
@@ -74,7 +74,7 @@ def test_who_has_lost_the_lease_makes_no_calibration(record: Record) -> None:
         assert session.scalars(select(Calibration)).all() == []
 
 
-def test_a_calibration_that_cannot_be_written_leaves_its_job_running(record: Record) -> None:
+def test_a_calibration_that_cannot_be_written_leaves_its_job_running(record: Database) -> None:
     lease = claimed(record, new_request(record))
     with record.writing() as session:
         session.execute(
@@ -105,7 +105,7 @@ def test_a_calibration_that_cannot_be_written_leaves_its_job_running(record: Rec
         "DELETE FROM calibration_requests",
     ],
 )
-def test_nobody_changes_or_deletes_a_calibration(record: Record, statement: str) -> None:
+def test_nobody_changes_or_deletes_a_calibration(record: Database, statement: str) -> None:
     assert succeed(record, claimed(record, new_request(record)))
     with pytest.raises(IntegrityError, match="never change"), record.writing() as session:
         session.execute(text(statement))
@@ -122,7 +122,7 @@ def test_nobody_changes_or_deletes_a_calibration(record: Record, statement: str)
     ],
 )
 def test_the_age_of_a_calibration_counts_from_what_is_known(
-    record: Record, calibrated_at: datetime | None, captured_at: datetime | None, hours: float
+    record: Database, calibrated_at: datetime | None, captured_at: datetime | None, hours: float
 ) -> None:
     with record.writing() as session:
         calibration = calibrations.add(session, RIG, NOON, calibrated_at)
@@ -132,7 +132,7 @@ def test_the_age_of_a_calibration_counts_from_what_is_known(
         assert stages.work(session, stage.id).calibration_age == timedelta(hours=hours)
 
 
-def test_a_rig_check_is_kept_with_the_measurement(record: Record) -> None:
+def test_a_rig_check_is_kept_with_the_measurement(record: Database) -> None:
     surgery = new_surgery(record)
     job = new_stage(record, surgery).job.id
     with record.writing() as session:

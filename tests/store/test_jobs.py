@@ -6,10 +6,10 @@ import pytest
 from sqlalchemy import func, select
 
 from store import jobs
-from store.changes import Action
+from store.database import Database
 from store.errors import JobFinishedError, NotFoundError
+from store.events import Action
 from store.jobs import Lease
-from store.record import Record
 from store.tables import Change, FeatureList, Job, JobState, Measurement, Stage, Triad
 from tests.store.builders import at, new_stage, new_surgery, result
 
@@ -17,49 +17,49 @@ LEASE = timedelta(seconds=5)
 
 
 @pytest.fixture
-def job(record: Record) -> str:
+def job(record: Database) -> str:
     return new_stage(record, new_surgery(record)).job.id
 
 
-def claim(record: Record, job: str, second: float, max_attempts: int = 3) -> Lease | None:
+def claim(record: Database, job: str, second: float, max_attempts: int = 3) -> Lease | None:
     with record.writing() as session:
         return jobs.claim(session, job, at(second), LEASE, max_attempts)
 
 
-def claimed(record: Record, job: str, second: float) -> Lease:
+def claimed(record: Database, job: str, second: float) -> Lease:
     lease = claim(record, job, second)
     assert lease is not None
     return lease
 
 
-def succeed(record: Record, lease: Lease, second: float) -> bool:
+def succeed(record: Database, lease: Lease, second: float) -> bool:
     with record.writing() as session:
         return jobs.succeed(session, lease, result(), at(second))
 
 
-def show(record: Record, job: str) -> Job:
+def show(record: Database, job: str) -> Job:
     with record.reading() as session:
         return jobs.get(session, job)
 
 
-def results(record: Record) -> tuple[int, ...]:
+def results(record: Database) -> tuple[int, ...]:
     with record.reading() as session:
         tables = (Measurement, FeatureList, Triad)
         return tuple(session.scalar(select(func.count()).select_from(table)) or 0 for table in tables)
 
 
-def actions(record: Record) -> list[str]:
+def actions(record: Database) -> list[str]:
     with record.reading() as session:
         return list(session.scalars(select(Change.action).order_by(Change.seq)))
 
 
-def test_only_one_may_claim_a_job(record: Record, job: str) -> None:
+def test_only_one_may_claim_a_job(record: Database, job: str) -> None:
     assert claimed(record, job, 0).attempt == 1
     assert claim(record, job, 1) is None
     assert claim(record, "none", 1) is None
 
 
-def test_a_lease_that_ran_out_may_be_claimed_by_another(record: Record, job: str) -> None:
+def test_a_lease_that_ran_out_may_be_claimed_by_another(record: Database, job: str) -> None:
     first = claimed(record, job, 0)
     assert claim(record, job, 5) is None
     second = claimed(record, job, 5.1)
@@ -67,7 +67,7 @@ def test_a_lease_that_ran_out_may_be_claimed_by_another(record: Record, job: str
     assert second.attempt == 2
 
 
-def test_beats_keep_the_lease(record: Record, job: str) -> None:
+def test_beats_keep_the_lease(record: Database, job: str) -> None:
     lease = claimed(record, job, 0)
     with record.writing() as session:
         assert jobs.extend(session, lease, at(4) + LEASE, 0.5, "match")
@@ -75,7 +75,7 @@ def test_beats_keep_the_lease(record: Record, job: str) -> None:
     assert (show(record, job).progress, show(record, job).step) == (0.5, "match")
 
 
-def test_a_result_is_written_once(record: Record, job: str) -> None:
+def test_a_result_is_written_once(record: Database, job: str) -> None:
     lease = claimed(record, job, 0)
     assert succeed(record, lease, 1)
     assert not succeed(record, lease, 2)
@@ -87,7 +87,7 @@ def test_a_result_is_written_once(record: Record, job: str) -> None:
 
 
 @pytest.mark.parametrize("end", ["succeed", "fail", "requeue", "extend"])
-def test_who_lost_the_lease_changes_nothing(record: Record, job: str, end: str) -> None:
+def test_who_lost_the_lease_changes_nothing(record: Database, job: str, end: str) -> None:
     first = claimed(record, job, 0)
     second = claimed(record, job, 10)
     before = actions(record)
@@ -109,11 +109,11 @@ def test_who_lost_the_lease_changes_nothing(record: Record, job: str, end: str) 
     assert succeed(record, second, 12)
 
 
-def test_an_expired_lease_that_nobody_took_still_ends_the_job(record: Record, job: str) -> None:
+def test_an_expired_lease_that_nobody_took_still_ends_the_job(record: Database, job: str) -> None:
     assert succeed(record, claimed(record, job, 0), 60)
 
 
-def test_a_job_that_never_ends_fails_after_its_attempts(record: Record, job: str) -> None:
+def test_a_job_that_never_ends_fails_after_its_attempts(record: Database, job: str) -> None:
     for attempt in range(3):
         assert claimed(record, job, 10 * attempt).attempt == attempt + 1
     assert claim(record, job, 30) is None
@@ -124,7 +124,7 @@ def test_a_job_that_never_ends_fails_after_its_attempts(record: Record, job: str
     assert "3 times" in failed.error["detail"]
 
 
-def test_giving_back_in_good_order_is_no_attempt(record: Record, job: str) -> None:
+def test_giving_back_in_good_order_is_no_attempt(record: Database, job: str) -> None:
     for second in range(5):
         with record.writing() as session:
             lease = jobs.claim(session, job, at(second), LEASE, 3)
@@ -135,7 +135,7 @@ def test_giving_back_in_good_order_is_no_attempt(record: Record, job: str) -> No
 
 
 @pytest.mark.parametrize("running", [False, True])
-def test_a_cancelled_job_is_over(record: Record, job: str, running: bool) -> None:
+def test_a_cancelled_job_is_over(record: Database, job: str, running: bool) -> None:
     lease = claimed(record, job, 0) if running else None
     with record.writing() as session:
         assert jobs.cancel(session, job, at(1)).state == JobState.CANCELLED
@@ -147,14 +147,14 @@ def test_a_cancelled_job_is_over(record: Record, job: str, running: bool) -> Non
         jobs.cancel(session, job, at(2))
 
 
-def test_a_job_that_does_not_exist(record: Record) -> None:
+def test_a_job_that_does_not_exist(record: Database) -> None:
     with pytest.raises(NotFoundError), record.writing() as session:
         jobs.cancel(session, "none", at(0))
     with pytest.raises(NotFoundError):
         show(record, "none")
 
 
-def test_the_feed_tells_the_story_in_order(record: Record, job: str) -> None:
+def test_the_feed_tells_the_story_in_order(record: Database, job: str) -> None:
     claimed(record, job, 0)
     succeed(record, claimed(record, job, 10), 11)
     assert actions(record) == [
@@ -172,7 +172,7 @@ def test_the_feed_tells_the_story_in_order(record: Record, job: str) -> None:
     assert (last.subject_id, last.surgery_id, last.at) == (stage.id, stage.surgery_id, at(11))
 
 
-def test_only_jobs_that_could_be_claimed_and_are_quiet_are_rung(record: Record) -> None:
+def test_only_jobs_that_could_be_claimed_and_are_quiet_are_rung(record: Database) -> None:
     surgery = new_surgery(record)
     waiting, running, expired, fresh = (
         new_stage(record, surgery, name, now=at(second)).job.id

@@ -7,35 +7,35 @@ from sqlalchemy import inspect, text
 from sqlalchemy.exc import IntegrityError
 
 from migrations.history import config, head, upgrade
-from store.errors import RecordNotReadyError
-from store.record import Record
+from store.database import Database
+from store.errors import DatabaseNotReadyError
 from store.revision import REVISION, current_revision, require_revision
 
 
-def test_the_newest_migration_is_the_one_that_the_record_asks_for(record: Record) -> None:
+def test_the_newest_migration_is_the_one_that_the_record_asks_for(record: Database) -> None:
     assert head() == REVISION == current_revision(record)
     require_revision(record)
 
 
-def test_the_migrations_make_the_tables_of_the_orm(record: Record) -> None:
+def test_the_migrations_make_the_tables_of_the_orm(record: Database) -> None:
     with record.writing() as session:
         command.check(config(session.connection()))
 
 
-def test_upgrading_twice_changes_nothing(record: Record) -> None:
+def test_upgrading_twice_changes_nothing(record: Database) -> None:
     before = inspect(record.engine).get_table_names()
     upgrade(record.url)
     assert inspect(record.engine).get_table_names() == before
 
 
-def test_the_way_back_leaves_no_table(record: Record) -> None:
+def test_the_way_back_leaves_no_table(record: Database) -> None:
     with record.writing() as session:
         command.downgrade(config(session.connection()), "base")
     assert inspect(record.engine).get_table_names() == ["alembic_version"]
 
 
 def test_what_was_recorded_before_calibrations_came_from_pictures_is_kept(tmp_path: Path) -> None:
-    record = Record(f"sqlite:///{tmp_path / 'old.sqlite'}")
+    record = Database(f"sqlite:///{tmp_path / 'old.sqlite'}")
     with record.writing() as session:
         command.upgrade(config(session.connection()), "0001")
         for statement in OLD:
@@ -77,7 +77,7 @@ OLD = (
 )
 
 
-def contents(record: Record) -> dict[str, list[dict[str, Any]]]:
+def contents(record: Database) -> dict[str, list[dict[str, Any]]]:
     with record.reading() as session:
         return {
             table: [dict(row) for row in session.execute(text(f"SELECT * FROM {table}")).mappings()]  # noqa: S608
@@ -85,19 +85,19 @@ def contents(record: Record) -> dict[str, list[dict[str, Any]]]:
         }
 
 
-def test_a_database_of_another_version_is_left_alone(record: Record) -> None:
+def test_a_database_of_another_version_is_left_alone(record: Database) -> None:
     with record.writing() as session:
         session.execute(text("UPDATE alembic_version SET version_num = 'future'"))
-    with pytest.raises(RecordNotReadyError, match="another version"):
+    with pytest.raises(DatabaseNotReadyError, match="another version"):
         upgrade(record.url)
-    with pytest.raises(RecordNotReadyError, match="db upgrade"):
+    with pytest.raises(DatabaseNotReadyError, match="db upgrade"):
         require_revision(record)
 
 
 def test_a_file_that_is_no_database_is_named(tmp_path: Path) -> None:
     file = tmp_path / "x.sqlite"
     file.write_bytes(b"not a database" * 100)
-    record = Record(f"sqlite:///{file}")
-    with pytest.raises(RecordNotReadyError):
+    record = Database(f"sqlite:///{file}")
+    with pytest.raises(DatabaseNotReadyError):
         require_revision(record)
     record.close()

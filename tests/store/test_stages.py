@@ -5,13 +5,13 @@ import pytest
 from sqlalchemy import func, select
 
 from store import jobs, stages
+from store.database import Database
 from store.errors import NotFoundError, StageExistsError, StageNotMeasuredError
-from store.record import Record
 from store.tables import Image, JobState
 from tests.store.builders import NOON, at, new_stage, new_surgery, result
 
 
-def end(record: Record, job: str, state: JobState) -> None:
+def end(record: Database, job: str, state: JobState) -> None:
     with record.writing() as session:
         lease = jobs.claim(session, job, NOON, timedelta(seconds=5), 3)
         assert lease is not None
@@ -24,7 +24,7 @@ def end(record: Record, job: str, state: JobState) -> None:
 
 
 @pytest.mark.parametrize("state", [JobState.FAILED, JobState.CANCELLED])
-def test_after_a_stage_came_to_nothing_its_name_is_free(record: Record, state: JobState) -> None:
+def test_after_a_stage_came_to_nothing_its_name_is_free(record: Database, state: JobState) -> None:
     surgery = new_surgery(record)
     end(record, new_stage(record, surgery).job.id, state)
     assert new_stage(record, surgery, now=at(1)).take == 2
@@ -35,7 +35,7 @@ def test_after_a_stage_came_to_nothing_its_name_is_free(record: Record, state: J
 
 
 @pytest.mark.parametrize("state", [JobState.QUEUED, JobState.RUNNING, JobState.SUCCEEDED])
-def test_a_name_in_use_is_kept(record: Record, state: JobState) -> None:
+def test_a_name_in_use_is_kept(record: Database, state: JobState) -> None:
     surgery = new_surgery(record)
     job = new_stage(record, surgery).job.id
     if state != JobState.QUEUED:
@@ -45,7 +45,7 @@ def test_a_name_in_use_is_kept(record: Record, state: JobState) -> None:
     assert new_stage(record, new_surgery(record)).take == 1
 
 
-def test_the_same_picture_is_one_row(record: Record) -> None:
+def test_the_same_picture_is_one_row(record: Database) -> None:
     surgery = new_surgery(record)
     new_stage(record, surgery, "A", (b"1", b"2"))
     new_stage(record, surgery, "B", (b"2", b"3"))
@@ -53,7 +53,7 @@ def test_the_same_picture_is_one_row(record: Record) -> None:
         assert session.scalar(select(func.count()).select_from(Image)) == 3
 
 
-def test_poses_are_those_of_the_labelled_triads(record: Record) -> None:
+def test_poses_are_those_of_the_labelled_triads(record: Database) -> None:
     surgery = new_surgery(record)
     job = new_stage(record, surgery).job.id
     with pytest.raises(StageNotMeasuredError, match="queued"), record.reading() as session:
@@ -69,7 +69,7 @@ def test_poses_are_those_of_the_labelled_triads(record: Record) -> None:
     assert poses["L1"].covariance.shape == (6, 6)
 
 
-def test_what_does_not_exist(record: Record) -> None:
+def test_what_does_not_exist(record: Database) -> None:
     surgery = new_surgery(record)
     with record.reading() as session:
         with pytest.raises(NotFoundError, match="stage"):
@@ -78,7 +78,7 @@ def test_what_does_not_exist(record: Record) -> None:
             stages.get(session, "none", "PRE")
 
 
-def test_a_triad_without_a_pose_is_kept_and_moves_nothing(record: Record) -> None:
+def test_a_triad_without_a_pose_is_kept_and_moves_nothing(record: Database) -> None:
     surgery = new_surgery(record)
     job = new_stage(record, surgery).job.id
     document = result(("L1", "T11"))

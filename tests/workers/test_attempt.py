@@ -4,7 +4,7 @@ import pytest
 
 from store import jobs
 from store.clock import utc_now
-from store.record import Record
+from store.database import Database
 from tests.store.builders import new_stage, new_surgery
 from workers.attempt import Attempt, LeaseLostError
 
@@ -12,7 +12,7 @@ LEASE = timedelta(seconds=5)
 
 
 @pytest.fixture
-def attempt(record: Record) -> Attempt:
+def attempt(record: Database) -> Attempt:
     job = new_stage(record, new_surgery(record), now=utc_now()).job.id
     with record.writing() as session:
         lease = jobs.claim(session, job, utc_now(), LEASE, 3)
@@ -20,7 +20,7 @@ def attempt(record: Record) -> Attempt:
     return Attempt(record, lease, LEASE)
 
 
-def test_a_note_tells_the_step_and_keeps_the_lease(record: Record, attempt: Attempt) -> None:
+def test_a_note_tells_the_step_and_keeps_the_lease(record: Database, attempt: Attempt) -> None:
     before = utc_now()
     attempt.note("detect left", 0.25)
     with record.reading() as session:
@@ -30,7 +30,7 @@ def test_a_note_tells_the_step_and_keeps_the_lease(record: Record, attempt: Atte
     assert job.lease_until >= before + LEASE
 
 
-def test_after_a_cancel_the_next_note_stops_the_work(record: Record, attempt: Attempt) -> None:
+def test_after_a_cancel_the_next_note_stops_the_work(record: Database, attempt: Attempt) -> None:
     with record.writing() as session:
         jobs.cancel(session, attempt.lease.job_id, utc_now())
     attempt.beat()

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from store import jobs
-from store.bell import Bell
 from store.clock import utc_now
-from store.record import Record
+from store.database import Database
+from store.queue import JobQueue
 from store.tables import Job, JobState
 from tests.store.builders import new_stage, new_surgery, sample_pair
 
@@ -29,16 +29,16 @@ def python(program: str, **settings: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.fixture
-def waiting(record: Record, tmp_path: Path) -> Iterator[str]:
+def waiting(record: Database, tmp_path: Path) -> Iterator[str]:
     """A job that was rung and waits for a worker process of the same folder."""
     job = new_stage(record, new_surgery(record), pair=sample_pair(), now=utc_now()).job.id
-    bell = Bell(tmp_path / "record-bell.sqlite")
+    bell = JobQueue(tmp_path / "record-bell.sqlite")
     bell.ring(job)
     yield job
     bell.close()
 
 
-def show(record: Record, job: str) -> Job:
+def show(record: Database, job: str) -> Job:
     with record.reading() as session:
         return jobs.get(session, job)
 
@@ -53,13 +53,13 @@ def test_a_process_cannot_take_more_memory_than_it_was_given() -> None:
 
 HANG = """
 import time
-from store.settings import Settings
+from settings import Settings
 from workers.process import run
 raise SystemExit(run(Settings(), lambda work, progress: time.sleep(60)))
 """
 
 
-def test_a_job_that_hangs_ends_its_process_and_stays_in_the_record(record: Record, waiting: str) -> None:
+def test_a_job_that_hangs_ends_its_process_and_stays_in_the_record(record: Database, waiting: str) -> None:
     ended = python(
         HANG,
         SPINEWATCH_DATABASE_URL=record.url,
@@ -74,7 +74,7 @@ def test_a_job_that_hangs_ends_its_process_and_stays_in_the_record(record: Recor
 
 STOP = """
 import os, signal, time
-from store.settings import Settings
+from settings import Settings
 from workers.process import run
 def hang(work, progress):
     os.kill(os.getpid(), signal.SIGTERM)
@@ -83,11 +83,13 @@ raise SystemExit(run(Settings(), hang))
 """
 
 
-def test_a_worker_that_must_stop_gives_a_long_job_back(record: Record, waiting: str, tmp_path: Path) -> None:
+def test_a_worker_that_must_stop_gives_a_long_job_back(
+    record: Database, waiting: str, tmp_path: Path
+) -> None:
     ended = python(STOP, SPINEWATCH_DATABASE_URL=record.url)
     assert ended.returncode == 0, ended.stderr
     job = show(record, waiting)
     assert (job.state, job.attempts, job.lease_owner) == (JobState.QUEUED, 0, None)
-    bell = Bell(tmp_path / "record-bell.sqlite")
+    bell = JobQueue(tmp_path / "record-bell.sqlite")
     assert bell.waiting() == {waiting}
     bell.close()

@@ -1,0 +1,1 @@
+"""What ``make check`` verifies beside lint, types and import contracts."""

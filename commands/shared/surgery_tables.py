@@ -1,0 +1,90 @@
+"""Tables of a measured surgery; every number beside its standard deviation, every frame named."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from commands.shared.api_client import Document
+
+_LOG_WIDTH = 100
+_NO_LABEL = "?"
+
+
+def print_triads(stages: Mapping[str, Document]) -> None:
+    """Print position and direction of every triad by stage, and the frame they are in."""
+    columns = ["", "", *(f"{axis} mm" for axis in "XYZ"), "α°", "β°", "γ°", "", "err."]
+    table = _table("Triads: position of P and direction of the normal", columns)
+    for name, stage in stages.items():
+        for triad in stage["triads"]:
+            if triad["position_mm"] is None:
+                table.add_row(name, triad["label"] or _NO_LABEL, *["-"] * 8)
+                continue
+            position = _with_sd(triad["position_mm"], triad["position_sd_mm"])
+            angles = (f"{angle:.1f}" for angle in triad["angles_deg"])
+            tilt_sd = max(triad["rotation_sd_deg"][:2])  # bounds the deviation of each of the three angles
+            error = f"{triad['error_mm']:.2f}"
+            table.add_row(name, triad["label"] or _NO_LABEL, *position, *angles, f"±{tilt_sd:.1f}", error)
+        table.add_section()
+    _print(table)
+    for frame in sorted({stage["frame"] for stage in stages.values()}):
+        print_note(f"in {frame}; ± one standard deviation; err.: distance matrix, mm\n")
+
+
+def print_motion(motion: Document) -> None:
+    """Print the motion of every vertebra between two stages, and the frame it is in."""
+    columns = ["", *(f"Δ{axis} mm" for axis in "xyz"), *(f"turn {axis}°" for axis in "xyz"), "turn°"]
+    table = _table(f"Motion from {motion['from']['name']} to {motion['to']['name']}", columns)
+    for item in motion["vertebrae"]:
+        shift = _with_sd(item["translation_mm"], item["translation_sd_mm"])
+        turn = _with_sd(item["rotation_vector_deg"], item["rotation_sd_deg"], digits=1)
+        total = _with_sd([item["angle_deg"]], [item["angle_sd_deg"]], digits=1)
+        table.add_row(item["vertebra"], *shift, *turn, *total)
+    _print(table)
+    for item in motion["missing"]:
+        print_note(f"{item['vertebra']}: {item['reason']}")
+    print_note(f"in the frame of {motion['frame']}; turns are rotation vectors\n")
+
+
+def print_flags(stages: Mapping[str, Document], jobs: Mapping[str, Document]) -> None:
+    """Print what is to be remarked on each stage, and why a job failed."""
+    for name, stage in stages.items():
+        for flag in stage.get("flags") or []:
+            print_note(f"{name}: {flag['detail']} [{flag['code']}]")
+        if error := jobs[name].get("error"):
+            print_note(f"{name}: {jobs[name]['state']}: {error.get('detail') or error.get('title')}")
+
+
+def print_note(text: str) -> None:
+    """Print a line."""
+    _print(text)
+
+
+def print_links(url: str, surgery: str) -> None:
+    """Print where the surgery and the API's pages are."""
+    print_note(f"Surgery:  {url}{surgery}\nAPI docs: {url}/docs")
+
+
+def _with_sd(values: Sequence[float], deviations: Sequence[float], digits: int = 2) -> Iterable[str]:
+    pairs = zip(values, deviations, strict=True)
+    return (f"{value:.{digits}f}±{deviation:.{digits}f}" for value, deviation in pairs)
+
+
+def _table(title: str, columns: Sequence[str]) -> Table:
+    table = Table(
+        title=title, title_justify="left", title_style="bold", box=box.SIMPLE, show_edge=False, pad_edge=False
+    )
+    table.padding = (0, 1, 0, 0)
+    for column in columns:
+        table.add_column(column, justify="right" if column else "left", no_wrap=True)
+    return table
+
+
+def _print(content: Table | str) -> None:
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=_LOG_WIDTH)
+    console.print(content, markup=False, highlight=False, soft_wrap=isinstance(content, str))

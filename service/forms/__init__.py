@@ -1,0 +1,1 @@
+"""Multipart forms and the checks that need no decoding."""

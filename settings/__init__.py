@@ -1,0 +1,60 @@
+"""Everything that can be set from outside, read once at the edge (docs/operations.md)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field
+from pydantic_settings import BaseSettings, SettingsConfigDict
+from sqlalchemy.engine import make_url
+
+_MIB = 1024 * 1024
+
+
+class Settings(BaseSettings):
+    """The settings of every process; each field is an environment variable with the prefix SPINEWATCH_."""
+
+    model_config = SettingsConfigDict(env_prefix="SPINEWATCH_", frozen=True, extra="forbid")
+
+    database_url: Annotated[str, Field(description="The record, as an SQLAlchemy URL.")] = (
+        "sqlite:///var/spinewatch.sqlite"
+    )
+    queue_path: Annotated[
+        Path | None, Field(description="The queue's own SQLite file; by default beside the database.")
+    ] = None
+    host: Annotated[str, Field(description="Address to listen on.")] = "127.0.0.1"
+    port: Annotated[int, Field(ge=1, le=65535, description="Port to listen on.")] = 8000
+    workers: Annotated[int, Field(ge=1, le=64, description="Worker processes of `spinewatch run`.")] = 2
+    max_upload_bytes: Annotated[int, Field(ge=1024, description="Largest request body, bytes.")] = 32 * _MIB
+    worker_memory_bytes: Annotated[
+        int, Field(ge=1024 * _MIB, description="Address space of a worker process, bytes.")
+    ] = 4096 * _MIB
+    lease_seconds: Annotated[
+        float, Field(ge=1, le=300, description="A worker silent for so long has lost its job.")
+    ] = 5.0
+    max_run_seconds: Annotated[
+        float, Field(ge=1, description="A job running longer ends with its worker process.")
+    ] = 120.0
+    max_attempts: Annotated[int, Field(ge=1, le=100, description="Times that a job is started.")] = 3
+    calibration_max_age_days: Annotated[
+        float, Field(gt=0, le=3650, description="A stage measured with an older calibration is flagged.")
+    ] = 1.0
+    log_format: Annotated[Literal["text", "json"], Field(description="Form of the log on stderr.")] = "text"
+    log_level: Annotated[
+        Literal["debug", "info", "warning", "error"], Field(description="Least level that is logged.")
+    ] = "info"
+
+    @property
+    def queue_file(self) -> Path:
+        """The queue's SQLite file."""
+        if self.queue_path is not None:
+            return self.queue_path
+        database = make_url(self.database_url).database
+        beside = Path(database) if database else Path("var/spinewatch.sqlite")
+        return beside.with_name(f"{beside.stem}-bell.sqlite")
+
+    def environment(self) -> dict[str, str]:
+        """Return these settings as environment variables for a child process."""
+        values = self.model_dump(mode="json", exclude_none=True)
+        return {f"SPINEWATCH_{key.upper()}": str(value) for key, value in values.items()}

@@ -1,0 +1,1 @@
+"""Marks of a control field in an image: detection, identification, eccentricity."""

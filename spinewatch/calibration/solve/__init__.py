@@ -1,0 +1,1 @@
+"""Camera parameters from image points: DLT, resection, bundle adjustment, blunder detection."""

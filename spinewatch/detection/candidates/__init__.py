@@ -1,0 +1,1 @@
+"""Candidate ball images by template correlation (DETECT-POINT, thesis chapter 4)."""

@@ -1,0 +1,1 @@
+"""Refinement of candidates by convolutional networks: sub-pixel centres with covariance."""

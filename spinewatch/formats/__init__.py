@@ -1,1 +1,0 @@
-"""Interchange formats: read with named errors, write exactly."""

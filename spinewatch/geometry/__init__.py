@@ -1,0 +1,1 @@
+"""Rotations, rigid and similarity transforms, rays, triangulation and pinhole projection."""

@@ -1,0 +1,90 @@
+"""Triangulation (space intersection in the thesis): the points in which rays of two or more cameras meet."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from spinewatch.arrays import Float
+from spinewatch.geometry.rays import Rays, nearest_points
+
+_MAX_STEPS = 10
+_TOLERANCE_MM = 1e-10
+
+
+@dataclass(frozen=True, eq=False)
+class Triangulation:
+    """n triangulated points.
+
+    Attributes
+    ----------
+    position_mm
+        Points, shape (n, 3), object space, mm.
+    covariance_mm2
+        Covariances propagated from the image points, shape (n, 3, 3), mm^2.
+    parallax_mm
+        Length of the common perpendicular of two rays, shape (n,), mm.
+    chi2
+        Chi-square of the image residuals, shape (n,), with 2k - 3 degrees of freedom for k rays.
+
+    """
+
+    position_mm: Float
+    covariance_mm2: Float
+    parallax_mm: Float
+    chi2: Float
+
+
+def triangulate(rays: Sequence[Rays]) -> Triangulation:
+    """Return the maximum-likelihood points of the i-th rays of k cameras.
+
+    Gauss-Newton on the collinearity equations, weighted by the covariance of the image points, from the nearest
+    points of the rays.
+
+    Parameters
+    ----------
+    rays
+        Rays of each camera, n per camera.
+
+    Returns
+    -------
+    Triangulation
+        n points.
+
+    References
+    ----------
+    Thesis eq. 3.4 and section 5.5. Residuals are taken on the undistorted image plane, which differs from pixels
+    only by second-order terms.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from spinewatch.simulation.rigs import large_rig
+    >>> rig, point = large_rig(), np.array([[100.0, 50.0, 20.0]])
+    >>> rays = [camera.rays(camera.project(point), 0.1**2 * np.eye(2)) for camera in (rig.left, rig.right)]
+    >>> triangulate(rays).position_mm.round(6)
+    array([[100.,  50.,  20.]])
+
+    """
+    X, parallax = nearest_points(rays)
+    weights = [np.linalg.inv(r.covariance_mm2) for r in rays]
+    N = np.broadcast_to(np.eye(3), (len(X), 3, 3))
+    for _ in range(_MAX_STEPS):
+        N = np.zeros((len(X), 3, 3))
+        b = np.zeros((len(X), 3, 1))
+        for r, W in zip(rays, weights, strict=True):
+            predicted, J = r.pinhole.project(X)
+            JtW = np.swapaxes(J, -1, -2) @ W
+            N += JtW @ J
+            b += JtW @ (r.ideal_mm - predicted)[..., None]
+        step = np.linalg.solve(N, b)[..., 0]
+        X = X + step
+        if not np.any(np.abs(step) > _TOLERANCE_MM):
+            break
+    chi2 = np.zeros(len(X))
+    for r, W in zip(rays, weights, strict=True):
+        residual = r.ideal_mm - r.pinhole.project(X)[0]
+        chi2 += np.einsum("ni,nij,nj->n", residual, W, residual)
+    return Triangulation(X, np.asarray(np.linalg.inv(N), dtype=np.float64), parallax, chi2)

@@ -1,0 +1,1 @@
+"""Images: frames, decoding, exposure, tone and pyramids."""

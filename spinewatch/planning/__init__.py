@@ -1,0 +1,1 @@
+"""Predicted accuracy of a rig, a marker or a control field."""

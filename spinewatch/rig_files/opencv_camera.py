@@ -1,0 +1,146 @@
+"""OpenCV's camera (K, R, t, dist) from ours and back; the two distortion polynomials run in opposite directions.
+
+OpenCV distorts ideal points by a polynomial, collinearity (eq. 3.4) corrects measured points by one. Neither is
+the other's inverse in closed form, so the polynomial is fitted over the image, and the error of the fit given.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import least_squares
+
+from spinewatch.arrays import Float
+from spinewatch.camera import Camera
+from spinewatch.errors import RigError
+from spinewatch.geometry.rotations import angles_from_rotation
+
+_GRID = 25
+_FLIP = np.diag([1.0, -1.0, -1.0])
+
+
+@dataclass(frozen=True, eq=False)
+class OpenCvCamera:
+    """A camera as OpenCV describes it.
+
+    ``K`` (3, 3) in px; ``R`` (3, 3) and ``t`` (3,) in mm with x right, y down, z forward; ``dist`` (k1, k2, p1,
+    p2, k3).
+
+    ``fit_error_px`` is the largest distance, over the image, between the two models' image of the same ray.
+    """
+
+    K: Float
+    R: Float
+    t: Float
+    dist: Float
+    image_size_px: tuple[int, int]
+    fit_error_px: float
+
+
+def to_opencv(camera: Camera) -> OpenCvCamera:
+    """Return the camera as OpenCV describes it; distortion is fitted by least squares over the image."""
+    px, py = camera.pixel_size_mm
+    f = camera.focal_length_mm
+    cx, cy = camera.pixels(camera.principal_point_mm)
+    K = np.array([[f / px, 0, cx], [0, f / py, cy], [0, 0, 1]])
+    pixels = _grid(camera.image_size_px)
+    ideal = camera.undistort(camera.plate(pixels)) / f * (1, -1)
+    r2 = (ideal**2).sum(axis=1)
+    x, y = ideal.T
+    columns = [
+        ideal * r2[:, None],
+        ideal * (r2**2)[:, None],
+        np.stack([2 * x * y, r2 + 2 * y * y], axis=1),
+        np.stack([r2 + 2 * x * x, 2 * x * y], axis=1),
+        ideal * (r2**3)[:, None],
+    ]
+    scale = np.array([K[0, 0], K[1, 1]])
+    A = np.stack([(c * scale).ravel() for c in columns], axis=1)
+    norm = np.linalg.norm(A, axis=0)
+    wanted = pixels - (ideal * scale + K[:2, 2])
+    dist = np.linalg.lstsq(A / norm, wanted.ravel(), rcond=None)[0] / norm
+    miss = np.linalg.norm((A @ dist).reshape(-1, 2) - wanted, axis=1)
+    R = _FLIP @ camera.M
+    return OpenCvCamera(K, R, -R @ camera.centre, dist, camera.image_size_px, float(miss.max()))
+
+
+def from_opencv(
+    K: ArrayLike,
+    R: ArrayLike,
+    t: ArrayLike,
+    dist: ArrayLike,
+    image_size_px: tuple[int, int],
+    pixel_width_mm: float = 0.01,
+) -> tuple[Camera, float]:
+    """Return our camera of OpenCV's, and the largest error in px of the fitted inverse distortion over the image.
+
+    OpenCV knows no millimetres on the plate: ``pixel_width_mm`` sets the scale of f, x0 and y0. Raises
+    ``RigError`` for a skewed or improper K or R.
+    """
+    matrix, R = np.asarray(K, dtype=np.float64), np.asarray(R, dtype=np.float64)
+    if matrix.shape != (3, 3) or not np.all(np.isfinite(matrix)) or min(matrix[0, 0], matrix[1, 1]) <= 0:
+        raise RigError("K", "must be a finite 3 x 3 matrix with positive focal lengths")
+    if abs(matrix[0, 1]) > 1e-6 * matrix[0, 0]:
+        raise RigError("K", "has a skew, which the collinearity camera has not; calibrate without skew")
+    if R.shape != (3, 3) or np.abs(R @ R.T - np.eye(3)).max() > 1e-6 or np.linalg.det(R) < 0:
+        raise RigError("R", "must be a rotation matrix")
+    f = matrix[0, 0] * pixel_width_mm
+    pixel = (pixel_width_mm, f / matrix[1, 1])
+    centre = -R.T @ np.asarray(t, dtype=np.float64).ravel()
+    sensor = Camera(
+        (float(centre[0]), float(centre[1]), float(centre[2])),
+        angles_from_rotation(_FLIP @ R),
+        float(f),
+        (0.0, 0.0),
+        (0.0, 0.0),
+        (0.0, 0.0),
+        image_size_px,
+        (float(pixel[0]), float(pixel[1])),
+    )
+    x0, y0 = sensor.plate(matrix[:2, 2])
+    pixels = _grid(image_size_px)
+    coefficients = np.asarray(dist, dtype=np.float64).ravel()
+    end = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 200, 1e-14)
+    rays = cv2.undistortPointsIter(pixels[:, None], matrix, coefficients, np.eye(3), np.eye(3), end)
+    ideal = np.asarray(rays, dtype=np.float64)[:, 0] * (f, -f)
+    return _fitted(sensor, (float(x0), float(y0)), pixels, ideal)
+
+
+def _fitted(
+    sensor: Camera, principal: tuple[float, float], pixels: Float, ideal: Float
+) -> tuple[Camera, float]:
+    d = sensor.plate(pixels) - principal
+    unit = float(np.abs(d).max())
+    powers = np.array([unit**-2, unit**-4, unit**-1, unit**-1])
+
+    def camera(x: Float) -> Camera:
+        K1, K2, P1, P2 = (float(v) for v in x * powers)
+        return Camera(
+            sensor.position_mm,
+            sensor.rotation_deg,
+            sensor.focal_length_mm,
+            principal,
+            (K1, K2),
+            (P1, P2),
+            sensor.image_size_px,
+            sensor.pixel_size_mm,
+        )
+
+    def miss(x: Float) -> Float:
+        return np.asarray(
+            (camera(x).undistort(sensor.plate(pixels)) - ideal).ravel() / sensor.pixel_size_mm[0]
+        )
+
+    fitted = camera(np.asarray(least_squares(miss, np.zeros(4), x_scale="jac").x))
+    with np.errstate(all="ignore"):
+        off = fitted.pixels(fitted.distort(ideal)) - pixels
+    return fitted, float(np.linalg.norm(off, axis=1).max())
+
+
+def _grid(image_size_px: tuple[int, int]) -> Float:
+    width, height = image_size_px
+    u, v = np.meshgrid(np.linspace(0, width - 1, _GRID), np.linspace(0, height - 1, _GRID))
+    return np.stack([u.ravel(), v.ravel()], axis=1)

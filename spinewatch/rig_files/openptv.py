@@ -1,0 +1,143 @@
+"""OpenPTV's ``.ori`` and ``.addpar`` files, for cameras in air.
+
+``.ori``: X0 Y0 Z0 / omega phi kappa in radians / the transposed rotation matrix / xh yh / cc / glass vector.
+``.addpar``: k1 k2 k3 p1 p2 scale shear. OpenPTV distorts ideal points about the plate's origin, collinearity
+corrects measured ones about the principal point, so that either is fitted to the other over the image. Its pixels
+count from the corner of the first pixel, which cancels against its image centre W/2: plates agree.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from spinewatch.arrays import Float
+from spinewatch.camera import Camera
+from spinewatch.errors import RigError
+
+_GRID = 21
+_ORI, _ADDPAR = 21, 7
+
+
+def parse_openptv(
+    ori: str, addpar: str, image_size_px: tuple[int, int], pixel_size_mm: tuple[float, float]
+) -> tuple[Camera, float]:
+    """Return the camera of an .ori and an .addpar file, and the largest error in px of the fitted distortion.
+
+    The angles are believed, the matrix is not needed; the glass is ignored, so that a camera that looks through
+    it is wrong by the refraction. Raises ``RigError``.
+    """
+    o, a = _numbers(ori, _ORI, "ori"), _numbers(addpar, _ADDPAR, "addpar")
+    if o[17] <= 0:
+        raise RigError("ori.cc", "must be positive")
+    omega, phi, kappa = (math.degrees(x) for x in o[3:6])
+    start = Camera(
+        (o[0], o[1], o[2]),
+        (omega, phi, kappa),
+        o[17],
+        (o[15], o[16]),
+        (0.0, 0.0),
+        (0.0, 0.0),
+        image_size_px,
+        pixel_size_mm,
+    )
+    corner = np.hypot(*(np.array(image_size_px) * pixel_size_mm)) / 2
+    side = np.linspace(-1.0, 1.0, _GRID)
+    x, y = np.meshgrid(
+        side * start.image_size_px[0] * pixel_size_mm[0] / 2, side * image_size_px[1] * pixel_size_mm[1] / 2
+    )
+    flat = np.stack([x.ravel(), y.ravel()], axis=1)
+    measured = _distort(flat, np.array(a))
+    return _fit_ours(start, flat - (o[15], o[16]), measured, float(corner))
+
+
+def write_openptv(camera: Camera) -> tuple[str, str, float]:
+    """Return the texts of an .ori and an .addpar file, and the largest error in px of the fitted distortion.
+
+    The glass vector is set to point at the camera from far away, which is no glass at all with equal indices.
+    """
+    plate = _plate_grid(camera)
+    ideal = camera.undistort(plate)
+    x0, y0 = camera.principal_point_mm
+    unit = float(np.abs(plate).max())
+    powers = np.array([unit**-2, unit**-4, unit**-6, unit**-1, unit**-1, 1.0, 1.0])
+    px = np.array(camera.pixel_size_mm)
+
+    def parameters(v: Float) -> tuple[Float, Float]:
+        return np.array([0, 0, 0, 0, 0, 1.0, 0.0]) + v[:7] * powers, np.array([x0, y0]) + v[7:]
+
+    def miss(v: Float) -> Float:
+        added, shift = parameters(v)
+        return np.asarray(((_distort(ideal + shift, added) - plate) / px).ravel())
+
+    v = np.asarray(least_squares(miss, np.zeros(9), x_scale="jac", xtol=1e-14, ftol=1e-14, gtol=1e-14).x)
+    added, shift = parameters(v)
+    error = float(np.linalg.norm(miss(v).reshape(-1, 2), axis=1).max())
+    rows = [
+        " ".join(f"{c:.8f}" for c in camera.position_mm),
+        " ".join(f"{math.radians(c):.10f}" for c in camera.rotation_deg),
+        "",
+        *(" ".join(f"{c:.7f}" for c in row) for row in camera.M.T),
+        "",
+        f"{shift[0]:.8f} {shift[1]:.8f}",
+        f"{camera.focal_length_mm:.8f}",
+        "",
+        "0.000000000000001 0.000000000000001 1.000000000000000",
+    ]
+    return "\n".join(rows) + "\n", " ".join(f"{c:.12g}" for c in added) + "\n", error
+
+
+def _fit_ours(start: Camera, ideal: Float, measured: Float, corner: float) -> tuple[Camera, float]:
+    powers = np.array([1, 1, corner**-2, corner**-4, corner**-1, corner**-1])
+    px = np.array(start.pixel_size_mm)
+
+    def camera(v: Float) -> Camera:
+        dx, dy, K1, K2, P1, P2 = (float(c) for c in v * powers)
+        x0, y0 = start.principal_point_mm
+        return Camera(
+            start.position_mm,
+            start.rotation_deg,
+            start.focal_length_mm,
+            (x0 + dx, y0 + dy),
+            (K1, K2),
+            (P1, P2),
+            start.image_size_px,
+            start.pixel_size_mm,
+        )
+
+    def miss(v: Float) -> Float:
+        return np.asarray(((camera(v).undistort(measured) - ideal) / px).ravel())
+
+    v = np.asarray(least_squares(miss, np.zeros(6), x_scale="jac", xtol=1e-14, ftol=1e-14, gtol=1e-14).x)
+    return camera(v), float(np.linalg.norm(miss(v).reshape(-1, 2), axis=1).max())
+
+
+def _distort(flat: Float, added: Float) -> Float:
+    """Return measured plate points (n, 2) of flat ones by OpenPTV's Brown model with scale and shear."""
+    k1, k2, k3, p1, p2, scale, shear = added
+    x, y = flat.T
+    r2 = x * x + y * y
+    radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    u = x * radial + p1 * (r2 + 2 * x * x) + 2 * p2 * x * y
+    v = y * radial + p2 * (r2 + 2 * y * y) + 2 * p1 * x * y
+    return np.stack([scale * u - np.sin(shear) * v, np.cos(shear) * v], axis=1)
+
+
+def _plate_grid(camera: Camera) -> Float:
+    width, height = camera.image_size_px
+    u, v = np.meshgrid(np.linspace(0, width - 1, _GRID), np.linspace(0, height - 1, _GRID))
+    return camera.plate(np.stack([u.ravel(), v.ravel()], axis=1))
+
+
+def _numbers(text: str, count: int, what: str) -> list[float]:
+    try:
+        values = [float(word) for word in text.split()]
+    except ValueError as error:
+        raise RigError(what, "holds something that is not a number") from error
+    if len(values) != count:
+        raise RigError(what, f"holds {len(values)} numbers; an {what} file has {count}")
+    if not all(map(math.isfinite, values)):
+        raise RigError(what, "must be finite")
+    return values

@@ -1,0 +1,93 @@
+"""The camera parameter file of 1995, in the form of Table 3.3: one line a camera, angles as DDDMMSS.s.
+
+    LEFT   X0 Y0 Z0  omega phi kappa  f x0 y0  K1 K2 P1 P2
+
+Lengths are mm. Lines that start with # are comments. The file says nothing of the sensor.
+"""
+
+from __future__ import annotations
+
+import math
+
+from spinewatch.camera import Camera, Rig
+from spinewatch.errors import ParameterError, RigError
+from spinewatch.geometry.angles import degrees_from_dms
+
+_SIDES = ("left", "right")
+_NAMES = ("X0", "Y0", "Z0", "omega", "phi", "kappa", "f", "x0", "y0", "K1", "K2", "P1", "P2")
+
+
+def parse_1995(
+    text: str,
+    name: str,
+    image_size_px: tuple[int, int] = (568, 416),
+    pixel_size_mm: tuple[float, float] = (0.01, 0.00845),
+) -> Rig:
+    """Return the rig of a 1995 parameter file; the sensor is the cart's unless given. Raises ``RigError``."""
+    cameras: dict[str, Camera] = {}
+    for line in text.splitlines():
+        words = line.split()
+        if not words or words[0].startswith("#"):
+            continue
+        side = words[0].lower()
+        if side not in _SIDES:
+            raise RigError(words[0], "is neither LEFT nor RIGHT; start each camera's line with one of them")
+        if side in cameras:
+            raise RigError(side, "is given twice; keep one line")
+        cameras[side] = _camera(side, words[1:], image_size_px, pixel_size_mm)
+    missing = [side for side in _SIDES if side not in cameras]
+    if missing:
+        raise RigError(missing[0], "is missing; a rig has a LEFT and a RIGHT line")
+    return Rig(name, cameras["left"], cameras["right"])
+
+
+def write_1995(rig: Rig) -> str:
+    """Return a rig as a 1995 parameter file; seconds of arc carry seven decimals, some 1e-11 degrees."""
+    header = "# " + " ".join(_NAMES) + "  (mm, DDDMMSS.s)"
+    return "\n".join([header, _line("LEFT", rig.left), _line("RIGHT", rig.right)]) + "\n"
+
+
+def dms_from_degrees(degrees: float) -> str:
+    """Return an angle in decimal degrees as DDDMMSS.s with seven decimals of a second."""
+    units = round(abs(degrees) * 3600 * 10**7)
+    seconds, fraction = divmod(units, 10**7)
+    whole, rest = divmod(seconds, 3600)
+    minutes, seconds = divmod(rest, 60)
+    sign = "-" if degrees < 0 and units else ""
+    return f"{sign}{whole}{minutes:02d}{seconds:02d}.{fraction:07d}"
+
+
+def _camera(side: str, words: list[str], size: tuple[int, int], pixel: tuple[float, float]) -> Camera:
+    if len(words) != len(_NAMES):
+        raise RigError(side, f"has {len(words)} numbers; Table 3.3 has {len(_NAMES)}: {' '.join(_NAMES)}")
+    values = {}
+    for key, word in zip(_NAMES, words, strict=True):
+        try:
+            values[key] = float(word)
+        except ValueError as error:
+            raise RigError(f"{side}.{key}", f"is {word!r}, not a number") from error
+        if not math.isfinite(values[key]):
+            raise RigError(f"{side}.{key}", "must be finite")
+    try:
+        omega, phi, kappa = (degrees_from_dms(values[key]) for key in ("omega", "phi", "kappa"))
+    except ParameterError as error:
+        raise RigError(f"{side}.angles", str(error)) from error
+    if values["f"] <= 0:
+        raise RigError(f"{side}.f", "must be positive")
+    v = values
+    return Camera(
+        (v["X0"], v["Y0"], v["Z0"]),
+        (omega, phi, kappa),
+        v["f"],
+        (v["x0"], v["y0"]),
+        (v["K1"], v["K2"]),
+        (v["P1"], v["P2"]),
+        size,
+        pixel,
+    )
+
+
+def _line(side: str, camera: Camera) -> str:
+    angles = (dms_from_degrees(a) for a in camera.rotation_deg)
+    lens = (camera.focal_length_mm, *camera.principal_point_mm, *camera.radial, *camera.decentering)
+    return " ".join([f"{side:5}", *(repr(x) for x in camera.position_mm), *angles, *(repr(x) for x in lens)])

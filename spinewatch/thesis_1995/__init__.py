@@ -1,0 +1,1 @@
+"""The method of the 1995 thesis as published."""

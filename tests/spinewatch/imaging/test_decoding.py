@@ -1,0 +1,192 @@
+"""Pictures are read as the sensor stored them, or refused with a sentence."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from io import BytesIO
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
+
+from spinewatch.errors import ImageError
+from spinewatch.imaging.decoding import decode_image
+from spinewatch.imaging.header import MAX_PIXELS, inspect_image
+
+GRAY = np.random.default_rng(7).integers(0, 256, (40, 64), dtype=np.uint8)
+GRAY16 = GRAY.astype(np.uint16) * 256 + 17
+ORIENTATION = 274
+
+
+def encoded(image: Image.Image, kind: str, **options: Any) -> bytes:
+    buffer = BytesIO()
+    image.save(buffer, kind, **options)
+    return buffer.getvalue()
+
+
+def opencv(extension: str, array: np.ndarray[Any, Any]) -> bytes:
+    ok, data = cv2.imencode(extension, array)
+    assert ok
+    return data.tobytes()
+
+
+LOSSLESS = {
+    "png": encoded(Image.fromarray(GRAY), "PNG"),
+    "png with transparency": encoded(Image.fromarray(GRAY).convert("LA"), "PNG"),
+    "png colour": encoded(Image.fromarray(GRAY).convert("RGB"), "PNG"),
+    "png colour with transparency": encoded(Image.fromarray(GRAY).convert("RGBA"), "PNG"),
+    "png palette": encoded(Image.fromarray(GRAY).convert("P"), "PNG"),
+    "png palette with transparency": encoded(Image.fromarray(GRAY).convert("P"), "PNG", transparency=3),
+    "tiff": encoded(Image.fromarray(GRAY), "TIFF"),
+    "tiff lzw": encoded(Image.fromarray(GRAY), "TIFF", compression="tiff_lzw"),
+    "sun raster": opencv(".ras", GRAY),
+    "sun raster colour": opencv(".ras", cv2.merge([GRAY] * 3)),
+}
+
+
+@pytest.mark.parametrize("data", LOSSLESS.values(), ids=LOSSLESS.keys())
+def test_lossless_kinds_keep_every_gray_level(data: bytes) -> None:
+    image = decode_image(data)
+    assert image.dtype == np.uint8
+    np.testing.assert_array_equal(image, GRAY)
+    assert image.flags.c_contiguous
+
+
+@pytest.mark.parametrize("extension", [".png", ".tiff"])
+def test_sixteen_bits_are_kept(extension: str) -> None:
+    image = decode_image(opencv(extension, GRAY16))
+    assert image.dtype == np.uint16
+    assert image.dtype.isnative
+    np.testing.assert_array_equal(image, GRAY16)
+
+
+def test_big_endian_tiff_is_kept() -> None:
+    rows = GRAY16.astype(">u2").tobytes()
+    height, width = GRAY16.shape
+    tags = [
+        (256, width),
+        (257, height),
+        (258, 16),
+        (259, 1),
+        (262, 1),
+        (273, 8),
+        (278, height),
+        (279, len(rows)),
+    ]
+    directory = b"".join(struct.pack(">HHII", tag, 4, 1, value) for tag, value in tags)
+    offset = 8 + len(rows)
+    data = b"MM\0*" + struct.pack(">I", offset) + rows + struct.pack(">H", len(tags)) + directory + bytes(4)
+    np.testing.assert_array_equal(decode_image(data), GRAY16)
+
+
+def test_jpeg_is_close() -> None:
+    smooth = np.add.outer(np.arange(40), np.arange(64)).astype(np.uint8)
+    image = decode_image(encoded(Image.fromarray(smooth), "JPEG", quality=95))
+    assert np.abs(image.astype(int) - smooth).max() <= 2
+
+
+def test_one_bit_becomes_black_and_white() -> None:
+    image = decode_image(encoded(Image.fromarray(GRAY > 127), "PNG"))
+    np.testing.assert_array_equal(image, np.where(GRAY > 127, 255, 0))
+
+
+def test_colour_becomes_luma() -> None:
+    rgb = np.random.default_rng(3).integers(0, 256, (9, 11, 3), dtype=np.uint8)
+    image = decode_image(encoded(Image.fromarray(rgb), "PNG"))
+    np.testing.assert_allclose(image, rgb @ [0.299, 0.587, 0.114], atol=0.51)
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+@pytest.mark.parametrize("kind", ["PNG", "TIFF", "JPEG"])
+def test_orientation_tag_is_ignored(kind: str, orientation: int) -> None:
+    plain = Image.fromarray(GRAY)
+    exif = Image.Exif()
+    exif[ORIENTATION] = orientation
+    tag = {"tiffinfo": {ORIENTATION: orientation}} if kind == "TIFF" else {"exif": exif}
+    data = encoded(plain, kind, **tag)
+    assert Image.open(BytesIO(data)).getexif()[ORIENTATION] == orientation
+    assert inspect_image(data).size == (64, 40)
+    np.testing.assert_array_equal(decode_image(data), decode_image(encoded(plain, kind)))
+
+
+@pytest.mark.parametrize(
+    ("kind", "media_type"),
+    [("PNG", "image/png"), ("TIFF", "image/tiff"), ("JPEG", "image/jpeg"), ("SUN", "image/x-sun-raster")],
+)
+def test_header_names_kind_and_size(kind: str, media_type: str) -> None:
+    data = opencv(".ras", GRAY) if kind == "SUN" else encoded(Image.fromarray(GRAY), kind)
+    header = inspect_image(data)
+    assert (header.kind, header.media_type, header.width, header.height) == (kind, media_type, 64, 40)
+
+
+@pytest.mark.parametrize("data", LOSSLESS.values(), ids=LOSSLESS.keys())
+@pytest.mark.parametrize("part", [0.1, 0.6, 0.97])
+def test_truncated_file_is_refused(data: bytes, part: float) -> None:
+    with pytest.raises(ImageError, match=r"damaged|incomplete"):
+        decode_image(data[: int(len(data) * part)])
+
+
+def test_truncated_jpeg_is_refused() -> None:
+    data = encoded(Image.fromarray(GRAY), "JPEG")
+    with pytest.raises(ImageError, match="incomplete"):
+        decode_image(data[: len(data) * 2 // 3])
+
+
+def test_enormous_header_is_refused_without_decoding() -> None:
+    def chunk(name: bytes, content: bytes) -> bytes:
+        return (
+            struct.pack(">I", len(content)) + name + content + struct.pack(">I", zlib.crc32(name + content))
+        )
+
+    header = struct.pack(">IIBBBBB", 60_000, 60_000, 8, 0, 0, 0, 0)
+    with pytest.raises(ImageError, match="million pixels"):
+        inspect_image(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", b""))
+
+
+def test_pixel_limit_is_exact() -> None:
+    def sun(width: int, height: int) -> bytes:
+        return struct.pack(">8I", 0x59A66A95, width, height, 8, width * height, 1, 0, 0)
+
+    assert inspect_image(sun(MAX_PIXELS // 8000, 8000)).width == MAX_PIXELS // 8000
+    with pytest.raises(ImageError, match="million pixels"):
+        inspect_image(sun(MAX_PIXELS // 8000, 8001))
+
+
+@pytest.mark.parametrize("kind", ["PNG", "TIFF"])
+def test_several_pictures_are_refused(kind: str) -> None:
+    pages = [Image.fromarray(GRAY), Image.fromarray(255 - GRAY)]
+    data = encoded(pages[0], kind, save_all=True, append_images=pages[1:])
+    with pytest.raises(ImageError, match="several"):
+        inspect_image(data)
+
+
+@pytest.mark.parametrize("mode", ["F", "I"])
+def test_samples_of_32_bits_are_refused(mode: str) -> None:
+    with pytest.raises(ImageError, match="32-bit"):
+        inspect_image(encoded(Image.fromarray(GRAY).convert(mode), "TIFF"))
+
+
+def test_other_formats_are_refused() -> None:
+    for kind in ("GIF", "BMP", "PPM"):
+        with pytest.raises(ImageError, match="not a PNG"):
+            inspect_image(encoded(Image.fromarray(GRAY), kind))
+    with pytest.raises(ImageError, match="empty"):
+        inspect_image(b"")
+
+
+@given(st.sampled_from(sorted(LOSSLESS)), st.data())
+def test_damage_is_refused_by_name_or_decoded_to_an_image(kind: str, data: st.DataObject) -> None:
+    damaged = bytearray(LOSSLESS[kind])
+    for position in data.draw(st.lists(st.integers(0, len(damaged) - 1), max_size=8)):
+        damaged[position] ^= data.draw(st.integers(1, 255))
+    try:
+        image = decode_image(bytes(damaged))
+    except ImageError:
+        return
+    assert image.ndim == 2
+    assert image.dtype in (np.uint8, np.uint16)

@@ -1,0 +1,91 @@
+from itertools import permutations
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from spinewatch.arrays import Float
+from spinewatch.markers import FLAT_10_14_18
+from spinewatch.matching.identification import IdentificationParameters, distance_errors, identify_triads
+from spinewatch.matching.points import Points
+
+MODEL = FLAT_10_14_18
+
+
+def points_at(positions: Any, left: Any = None, right: Any = None, sd: float = 0.3) -> Points:
+    n = len(positions)
+    index = np.arange(n)
+    return Points(
+        np.asarray(positions, dtype=float),
+        np.tile(np.eye(3) * sd**2, (n, 1, 1)),
+        index if left is None else np.asarray(left),
+        index if right is None else np.asarray(right),
+        np.zeros(n),
+        np.zeros(n),
+        np.ones(n),
+    )
+
+
+def scattered(seed: int, triads: Any = 3, others: int = 60) -> Float:
+    rng = np.random.default_rng(seed)
+    R = Rotation.random(triads, rng=rng).as_matrix()
+    P = rng.uniform(0, 200, (triads, 1, 3))
+    balls = P + MODEL.coordinates_mm @ np.swapaxes(R, -1, -2) + rng.normal(0, 0.2, (triads, 3, 3))
+    return np.concatenate([balls.reshape(-1, 3), rng.uniform(0, 200, (others, 3))])
+
+
+def brute_force(positions: Any, tolerance: float) -> set[tuple[int, int, int]]:
+    found = set()
+    for triple in permutations(range(len(positions)), 3):
+        if np.all(np.abs(distance_errors(positions[list(triple)], MODEL)) < tolerance):
+            found.add(triple)
+    return found
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_exactly_the_triplets_within_tolerance_are_found(seed: int) -> None:
+    positions = scattered(seed, others=14)
+    parameters = IdentificationParameters(tolerance_mm=4.0, loss=0.0)
+    found = identify_triads(points_at(positions), MODEL, parameters)
+    assert {tuple(t) for t in found.point.tolist()} == brute_force(positions, 4.0)
+    errors = np.linalg.norm(distance_errors(positions[found.point], MODEL), axis=1)
+    assert np.allclose(found.error_mm, errors)
+    assert {(0, 1, 2), (3, 4, 5), (6, 7, 8)} <= {tuple(t) for t in found.point.tolist()}
+
+
+def test_the_covariance_gate_keeps_true_triads_and_thins_chance() -> None:
+    positions = scattered(9, triads=10, others=200)
+    gated = identify_triads(points_at(positions, sd=0.2), MODEL, IdentificationParameters())
+    free = identify_triads(points_at(positions, sd=0.2), MODEL, IdentificationParameters(loss=0.0))
+    true = {(3 * k, 3 * k + 1, 3 * k + 2) for k in range(10)}
+    assert true <= {tuple(t) for t in gated.point.tolist()}
+    assert len(gated) < len(free)
+    assert np.all(np.diff(gated.distance_chi2) >= 0)
+
+
+def test_true_errors_follow_their_chi2() -> None:
+    rng = np.random.default_rng(3)
+    n = 800
+    R = Rotation.random(n, rng=rng).as_matrix()
+    balls = 1000.0 * np.arange(n)[:, None, None] + MODEL.coordinates_mm @ np.swapaxes(R, -1, -2)
+    balls = balls + rng.normal(0, 0.3, balls.shape)
+    parameters = IdentificationParameters(loss=0.0, model_sd_mm=0.0)
+    found = identify_triads(points_at(balls.reshape(-1, 3), sd=0.3), MODEL, parameters)
+    ordered = np.all(found.point % 3 == [0, 1, 2], axis=1)
+    assert ordered.sum() == n
+    assert abs(found.distance_chi2[ordered].mean() - 3) < 0.3
+
+
+def test_h1_is_applied_to_either_image() -> None:
+    balls = MODEL.coordinates_mm
+    whole = IdentificationParameters(loss=0.0)
+    for shared in ([0, 0, 2], [0, 1, 0], [0, 1, 1]):
+        assert len(identify_triads(points_at(balls, left=shared), MODEL, whole)) == 0
+        assert len(identify_triads(points_at(balls, right=shared), MODEL, whole)) == 0
+        assert len(identify_triads(points_at(balls, left=shared), MODEL, whole, distinct_features=False)) > 0
+
+
+@pytest.mark.parametrize("n", [0, 1, 2])
+def test_too_few_points_hold_no_triad(n: int) -> None:
+    assert len(identify_triads(points_at(np.zeros((n, 3))), MODEL, IdentificationParameters())) == 0

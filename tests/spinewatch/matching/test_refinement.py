@@ -1,0 +1,59 @@
+import numpy as np
+from numpy.typing import NDArray
+
+from spinewatch.detection.features import Features
+from spinewatch.matching.epipolar import CandidatePairs
+from spinewatch.matching.refinement import RefinementParameters, feature_windows, refine_candidates
+from spinewatch.simulation.rigs import large_rig, small_rig
+
+PARAMETERS = RefinementParameters(enabled=True)
+
+
+def textured(seed: int) -> NDArray[np.uint8]:
+    rng = np.random.default_rng(seed)
+    coarse = rng.uniform(0, 255, (26, 36))
+    return np.kron(coarse, np.ones((16, 16))).astype(np.uint8)[:416, :568]
+
+
+def features(*pixels: tuple[float, float]) -> Features:
+    return Features.with_sigma(np.array(pixels, dtype=float), np.ones(len(pixels)), 0.3)
+
+
+def test_windows_are_normalised_and_survive_the_border() -> None:
+    at = features((0, 0), (567, 415), (284, 208))
+    w = feature_windows(textured(0), at, large_rig().left, 700.0, PARAMETERS)
+    assert w.shape == (3, 625)
+    assert np.allclose(w.mean(axis=1), 0, atol=1e-12)
+    assert np.allclose(np.linalg.norm(w, axis=1), 1)
+
+
+def test_the_same_surroundings_are_kept_and_others_dropped() -> None:
+    image = textured(1)
+    left = features((200, 200), (350, 150))
+    right = features((200, 200), (350, 150))
+    pairs = CandidatePairs(np.array([0, 0, 1, 1]), np.array([0, 1, 0, 1]))
+    kept = refine_candidates(pairs, left, right, (image, image), small_rig(), PARAMETERS)
+    assert kept.left.tolist() == kept.right.tolist() == [0, 1]
+
+
+def test_surroundings_without_structure_decide_nothing() -> None:
+    flat = np.full((416, 568), 90, dtype=np.uint8)
+    at = features((200, 200), (350, 150))
+    pairs = CandidatePairs(np.array([0, 0, 1]), np.array([0, 1, 1]))
+    kept = refine_candidates(pairs, at, at, (flat, flat), large_rig(), PARAMETERS)
+    assert len(kept.left) == 3
+
+
+def test_a_wider_vergence_asks_less() -> None:
+    rng = np.random.default_rng(4)
+    image = textured(2)
+    blurred = np.clip(image * 0.5 + rng.uniform(0, 120, image.shape), 0, 255).astype(np.uint8)
+    n = 40
+    at = features(*rng.uniform((60, 60), (500, 350), (n, 2)))
+    i, j = (a.ravel() for a in np.meshgrid(np.arange(n), np.arange(n), indexing="ij"))
+    pairs = CandidatePairs(i, j)
+    small, large = (
+        len(refine_candidates(pairs, at, at, (image, blurred), rig, PARAMETERS).left)
+        for rig in (small_rig(), large_rig())
+    )
+    assert n <= small < large < n * n

@@ -1,0 +1,79 @@
+import copy
+import json
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from spinewatch.errors import RigError
+from spinewatch.rig_files.rig_json import parse_rig, rig_from_dict, rig_to_dict
+from spinewatch.simulation.rigs import table_3_3_rig
+
+DOCUMENT = rig_to_dict(table_3_3_rig())
+FIELDS = sorted(DOCUMENT["left"])
+
+
+def altered(side: str, field: str, value: object) -> dict[str, Any]:
+    document = copy.deepcopy(DOCUMENT)
+    if value is None:
+        del document[side][field]
+    else:
+        document[side][field] = value
+    return document
+
+
+def test_a_rig_survives_the_round_trip_exactly() -> None:
+    assert rig_to_dict(parse_rig(json.dumps(DOCUMENT))) == DOCUMENT
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("field", FIELDS)
+def test_a_missing_number_is_named(side: str, field: str) -> None:
+    with pytest.raises(RigError, match="missing") as caught:
+        rig_from_dict(altered(side, field, None))
+    assert caught.value.field == f"{side}.{field}"
+
+
+@pytest.mark.parametrize("field", FIELDS)
+@pytest.mark.parametrize("number", [float("nan"), float("inf"), "5", True])
+def test_what_is_no_finite_number_is_named(field: str, number: object) -> None:
+    was = DOCUMENT["left"][field]
+    value = [number, *was[1:]] if isinstance(was, list) else number
+    with pytest.raises(RigError) as caught:
+        rig_from_dict(altered("left", field, value))
+    assert caught.value.field == f"left.{field}"
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("focal_length_mm", -7.0),
+        ("focal_length_mm", 0),
+        ("image_size_px", [568.5, 416]),
+        ("image_size_px", [0, 416]),
+        ("pixel_size_mm", [0.01, -0.01]),
+        ("radial", [0.1]),
+        ("skew", [0.0]),
+    ],
+)
+def test_impossible_cameras_are_refused(field: str, value: object) -> None:
+    with pytest.raises(RigError) as caught:
+        rig_from_dict(altered("right", field, value))
+    assert caught.value.field == f"right.{field}"
+
+
+def test_two_cameras_in_one_place_are_no_rig() -> None:
+    with pytest.raises(RigError, match="baseline"):
+        rig_from_dict(altered("right", "position_mm", DOCUMENT["left"]["position_mm"]))
+
+
+@given(st.text())
+def test_any_text_gives_a_rig_or_a_named_error(text: str) -> None:
+    with pytest.raises(RigError):
+        parse_rig(text)
+
+
+def test_deep_nesting_is_refused() -> None:
+    with pytest.raises(RigError):
+        parse_rig("[" * 100_000)

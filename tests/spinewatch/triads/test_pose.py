@@ -1,0 +1,25 @@
+import subprocess
+import sys
+
+import numpy as np
+
+from spinewatch.geometry.rotations import rotation_from_vector
+from spinewatch.triads.pose import Pose
+
+
+def test_angles_and_deviations_are_about_the_stated_axes() -> None:
+    R = rotation_from_vector(np.radians([0.0, 30.0, 0.0]))
+    covariance = np.diag([1.0, 4.0, 9.0, 0.0, 0.0, 0.0])
+    covariance[3:, 3:] = R @ np.diag([0.01, 0.04, 0.09]) @ R.T
+    pose = Pose(np.zeros(3), R, covariance)
+    assert np.allclose(pose.angles_deg, [60, 90, 30])
+    assert np.allclose(pose.position_sd_mm, [1, 2, 3])
+    assert np.allclose(pose.rotation_sd_deg, [0.1, 0.2, 0.3])
+
+
+def test_poses_need_neither_opencv_nor_scipy() -> None:
+    code = (
+        "import sys, spinewatch.triads.pose, spinewatch.spine.motion;"
+        "sys.exit(any(m in sys.modules for m in ('cv2', 'scipy')))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
