@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
@@ -27,13 +26,12 @@ from spinewatch.matching.epipolar import range_limits_mm
 from spinewatch.matching.rig_check import RigCheck, RigCheckParameters
 from spinewatch.matching.selection import SpineAxis
 from spinewatch.parallel import both
+from spinewatch.progress import Progress, silent
 from spinewatch.triads.checked_search import check_search
 from spinewatch.triads.labels import KnownConfiguration, LabelledTriad, LabelParameters, label_triads
 from spinewatch.triads.search import SearchParameters, TriadSearch, match_triads
 
 SIDES: tuple[Side, Side] = ("left", "right")
-Progress = Callable[[str, float], None]
-"""Called at the start of each step with its name and the fraction done before it, 0 to 1."""
 
 
 @dataclass(frozen=True)
@@ -84,10 +82,6 @@ class StageMeasurement:
     triads: tuple[LabelledTriad, ...]
     flags: tuple[Flag, ...]
     rig_check: RigCheck | None = None
-
-
-def silent(step: str, fraction: float) -> None:
-    """Report no progress."""
 
 
 def measure_stage(

@@ -7,7 +7,7 @@ from typing import Any
 
 from spinewatch.calibration.files import ShotFiles, calibrate_files, control_field, solve_parameters
 from spinewatch.calibration.from_images import FromImagesParameters
-from spinewatch.pipeline import Progress
+from spinewatch.progress import Progress
 from store.calibration_requests import CalibrationWork
 
 _VERSION = version("spinewatch")

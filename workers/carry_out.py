@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import timedelta
 from typing import Any
 
-from spinewatch.pipeline import Progress
+from spinewatch.progress import Progress
 from store.calibration_requests import CalibrationWork
 from store.work import Work
 from workers.calibrate import calibrate

@@ -9,7 +9,8 @@ from typing import Any, Literal, cast
 from contract.stage_documents import flags_document, stage_document
 from spinewatch.flags import Flag
 from spinewatch.imaging.decoding import decode_image
-from spinewatch.pipeline import Parameters, Progress, StageRequest, measure_stage, parameters_document
+from spinewatch.pipeline import Parameters, StageRequest, measure_stage, parameters_document
+from spinewatch.progress import Progress
 from spinewatch.rig_files.rig_json import rig_from_dict
 from store.stages import StageWork
 

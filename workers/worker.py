@@ -10,7 +10,7 @@ import structlog
 
 from settings import Settings
 from spinewatch.errors import SpinewatchError
-from spinewatch.pipeline import Progress
+from spinewatch.progress import Progress
 from store import jobs
 from store.clock import utc_now
 from store.database import Database

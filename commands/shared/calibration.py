@@ -17,11 +17,12 @@ from spinewatch.arrays import Float
 from spinewatch.calibration.control_field import BUILT_IN, ControlField
 from spinewatch.calibration.errors import PointsError
 from spinewatch.calibration.files import ShotFiles, calibrate_files, control_field, solve_parameters
-from spinewatch.calibration.from_images import FromImagesParameters, Progress, calibrate_from_points, silent
+from spinewatch.calibration.from_images import FromImagesParameters, calibrate_from_points
 from spinewatch.calibration.point_tables import parse_image_points
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot
 from spinewatch.calibration.solve.resection import SolveParameters
 from spinewatch.errors import ParameterError
+from spinewatch.progress import Progress, silent
 
 Pair = tuple[Path, Path]
 

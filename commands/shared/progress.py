@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
-from spinewatch.calibration.from_images import Progress as Report
+from spinewatch.progress import Progress as Report
 
 
 @contextmanager

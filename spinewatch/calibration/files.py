@@ -14,12 +14,13 @@ from contract.calibration_documents import calibration_document
 from spinewatch.arrays import Pixels
 from spinewatch.calibration.control_field import BUILT_IN, ControlField
 from spinewatch.calibration.errors import ControlFieldError
-from spinewatch.calibration.from_images import FromImagesParameters, Progress, calibrate_from_images, silent
+from spinewatch.calibration.from_images import FromImagesParameters, calibrate_from_images
 from spinewatch.calibration.point_tables import built_in_field, parse_control_field
 from spinewatch.calibration.solve.collinearity import EXTERIOR, NAMES
 from spinewatch.calibration.solve.resection import SolveParameters
 from spinewatch.errors import ImageError, ParameterError, SameImageError
 from spinewatch.imaging.decoding import decode_image
+from spinewatch.progress import Progress, silent
 
 
 @dataclass(frozen=True)

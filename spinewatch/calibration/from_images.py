@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from dataclasses import field as default
 
@@ -29,8 +29,7 @@ from spinewatch.calibration.stereo import Calibration, calibrate, readjust, samp
 from spinewatch.camera import Camera
 from spinewatch.errors import ImageSizeError, SameImageError
 from spinewatch.geometry.transforms import RigidTransform, fit_rigid
-
-Progress = Callable[[str, float], None]
+from spinewatch.progress import Progress, silent
 
 _SAMPLES = 50
 _MOST_POINTS = 500
@@ -65,10 +64,6 @@ class CalibrationResult:
     accuracy: tuple[ShotAccuracy, ...]
     left_out: ShotAccuracy | None
     others: tuple[Shot, ...]
-
-
-def silent(step: str, fraction: float) -> None:
-    """Report no progress."""
 
 
 def calibrate_from_images(
