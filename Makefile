@@ -1,6 +1,6 @@
 # make run    set up, start the service and measure the sample surgery   (ARGS="--exit" stops after the table)
 # make test   set up and run the tests
-# make check  lint, format, types, import contracts, OpenAPI contract
+# make check  lint, format, types, import contracts, OpenAPI contract, docstrings, tests that mirror modules, generated pages
 # make bench  accuracy on the sample scenes and speed                    (SCENES=dir for other scenes)
 # make clean  remove the environment and caches; the record in var/ stays
 
@@ -8,7 +8,7 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; 
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check -qq
-SOURCES := spinewatch contract reports settings store workers service commands migrations bench training tests
+SOURCES := spinewatch contract reports settings store workers service commands migrations bench training checks tests
 SCENES ?= samples
 ARGS ?=
 
@@ -29,6 +29,7 @@ check: .venv/.dev
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python -m service.openapi --check
+	$(BIN)/python -m checks
 
 bench: .venv/.runtime
 	$(BIN)/python -m bench.scenes $(SCENES) --check

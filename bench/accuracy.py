@@ -14,26 +14,25 @@ DOCUMENT = Path(__file__).parents[1] / "docs" / "accuracy.md"
 _SCENES = """\
 # Accuracy and speed
 
-`python -m bench.accuracy DIR` writes this page from rendered scenes under DIR, of which `samples/` holds the
-surgery D1. They are path-traced pictures with exact truth, 568 x 416, of two rigs with baselines of 320 and
-422 mm; no patient is in them. The detector's templates were made from D1, so that its figures flatter;
-`singles` are other pairs, though the method was developed with them in view.
+`python -m bench.accuracy DIR` writes this page from rendered scenes under DIR; `samples/` contains the surgery D1.
+They are path-traced images with exact truth, 568 x 416 pixels, of two rigs with baselines of 320 and 422 mm; they do
+not show a patient. The detector's templates were made from D1, so that its figures are optimistic; `singles` are other
+pairs, but they were used during development.
 
 ## Scenes
 
-A cell of the first table is the error of a triad's position in mm and of its rotation in degrees, in label
-order; `-` was not found. `found` and all errors are of triads whose six ball images are visible, labelled right
-and within 2 mm. The rotation error is nearly all tilt: about its own normal (`inplane`) a flat triad is
-measured several times better, and the tilt of a 28 mm marker follows from fractions of a pixel. Motion is
-since PRE, relative to the reference triad; its translation at the far end of the spine carries the tilt of
-the reference.
+The first table gives the errors of position in mm and of rotation in degrees of each triad, in label order; `-` was
+not found. `found` and all errors refer to triads whose six ball images are visible, with the correct label and within
+2 mm. The rotation error is almost entirely tilt: the rotation about its own normal (`inplane`) of a flat triad is
+measured several times better, and the tilt of a 28 mm marker follows from fractions of a pixel. Motion is since PRE,
+relative to the reference triad; its translation at the far end of the spine contains the tilt error of the reference.
 """
 
 _SPEED = """
 ## Speed
 
-The peer does a part of the work only: ten masked, normalised correlations with a 19 x 19 template on each of
-the same two pictures, in the same run.
+The peer does only a part of the work: ten masked, normalized correlations with a 19 x 19 template on each of the same
+two images, in the same run.
 """
 
 

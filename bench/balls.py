@@ -8,25 +8,26 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bench.truth import SIDES, Scene, find_scenes
-from spinewatch.arrays import Float, Pixels
+from bench.truth import Scene, find_scenes
+from spinewatch.arrays import Bool, Float, Pixels
 from spinewatch.camera import Camera
-from spinewatch.detection.candidates.templates import Side
+from spinewatch.detection.detector import nominal_ball_px
 from spinewatch.imaging.decoding import decode_image
-from spinewatch.pipeline import Parameters, nominal_ball_px, nominal_ranges_mm
+from spinewatch.imaging.frame import SIDES, Side
+from spinewatch.matching.epipolar import nominal_ranges_mm
+from spinewatch.pipeline import Parameters
 
 CLEAR = 0.9
-"""A ball counts as unhidden when more than this fraction of its outline is seen."""
+"""A ball is clear when more than this fraction of its outline is visible."""
 
 
 @dataclass(frozen=True, eq=False)
 class BallView:
-    """One image (H, W) of a scene and what it shows of the placed balls.
+    """One image (H, W) of a scene and the placed balls in it.
 
-    Nominal ``ball_px`` (width, height) and ``range_mm``; true ``centres_px`` (n, 2), whether each ball is
-    ``seen`` (n,) (at least half of it), and which ``fraction`` (n,) of it.
+    Nominal ``ball_px`` (width, height) and ``range_mm``; true ``centres_px`` (n, 2); which balls are ``visible`` (n,),
+    that is at least half of their outline, and the visible ``fraction`` (n,).
     """
 
     side: Side
@@ -35,7 +36,7 @@ class BallView:
     ball_px: tuple[float, float]
     range_mm: float
     centres_px: Float
-    seen: NDArray[np.bool_]
+    visible: Bool
     fraction: Float
 
 
@@ -60,23 +61,24 @@ def find_ball_scenes(root: Path) -> Iterator[BallScene]:
 
 
 def read_ball_scene(scene: Scene) -> BallScene:
-    """Return both views of a scene with the truth about their balls."""
+    """Return both views of a scene with the true balls."""
     truth = json.loads((scene.folder / "truth.json").read_text(encoding="utf-8"))
     balls = [ball for triad in truth["triads"] for ball in triad["balls"].values()]
-    sizes = nominal_ball_px(scene.rig, Parameters())
-    ranges = nominal_ranges_mm(scene.rig, Parameters())
+    parameters = Parameters()
+    ranges = nominal_ranges_mm(scene.rig, parameters.search.matching.epipolar)
+    sizes = nominal_ball_px(scene.rig, ranges, parameters.ball_diameter_mm)
     left, right = (
         BallView(
             side=side,
             image=decode_image((scene.folder / f"{side}.png").read_bytes()),
             camera=camera,
             ball_px=size,
-            range_mm=away,
+            range_mm=range_mm,
             centres_px=np.array([ball[side]["center_px"] for ball in balls]),
-            seen=np.array([ball[side]["visible"] for ball in balls], dtype=bool),
+            visible=np.array([ball[side]["visible"] for ball in balls], dtype=bool),
             fraction=np.array([ball[side]["visible_fraction"] for ball in balls]),
         )
-        for side, camera, size, away in zip(
+        for side, camera, size, range_mm in zip(
             SIDES, (scene.rig.left, scene.rig.right), sizes, ranges, strict=True
         )
     )

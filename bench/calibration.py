@@ -1,6 +1,6 @@
-"""``python -m bench.calibration``: calibration on rendered boards, published tables and real data, beside its peers.
+"""``python -m bench.calibration``: calibration of rendered boards, published tables and real data, beside peers.
 
-``--check`` ends with status 1 when a bar is missed. The boards and the real coordinates come with the project
+``--check`` ends with status 1 when a bar is not reached. The boards and the real coordinates come with the project
 (samples/calibration); ``--boards DIR`` takes other trials, named A, B, C ... with truth.json. docs/calibration.md
 has the figures.
 """
@@ -25,7 +25,7 @@ from bench.calibration_tables import table_3_2, table_3_4
 from bench.tables import Bar, Grid, bars
 from spinewatch.calibration.control_field import pegboard_1995
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot
-from spinewatch.calibration.stereo import calibrate
+from spinewatch.calibration.stereo import calibrate_stereo
 from spinewatch.camera import Rig
 from spinewatch.simulation.rigs import converging_rig
 
@@ -37,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m bench.calibration", description=__doc__)
     parser.add_argument("--boards", type=Path, default=SAMPLES / "calibration" / "C1")
     parser.add_argument("--scenes", type=Path, default=SAMPLES / "D1")
-    parser.add_argument("--check", action="store_true", help="exit with 1 when a bar is missed")
+    parser.add_argument("--check", action="store_true", help="exit with 1 when a bar is not reached")
     parser.add_argument("--json", type=Path, help="write the bars here")
     options = parser.parse_args(arguments)
     real = SAMPLES / "calibration"
@@ -70,16 +70,14 @@ def speed(runs: int = 5) -> list[Bar]:
     sensor = Sensor(rig.left.image_size_px, rig.left.pixel_size_mm)
     seconds: dict[int, list[float]] = {1: [], 5: []}
     for count, times in seconds.items():
-        calibrate(shots[:count], (sensor, sensor))
+        calibrate_stereo(shots[:count], (sensor, sensor))
         for _ in range(runs):
             start = perf_counter()
-            calibrate(shots[:count], (sensor, sensor))
+            calibrate_stereo(shots[:count], (sensor, sensor))
             times.append(perf_counter() - start)
     one, five = (median(seconds[k]) for k in (1, 5))
     rows = [(f"{k} shot(s)", f"{median(t):.3f}", f"{min(t):.3f} - {max(t):.3f}") for k, t in seconds.items()]
-    Grid.of(
-        f"Both cameras, {len(field)} points, {runs} runs", ["", "median s", "least - most s"], rows
-    ).print()
+    Grid.of(f"Both cameras, {len(field)} points, {runs} runs", ["", "median s", "min - max s"], rows).print()
     return [
         Bar("one shot < 0.2 s", f"{one:.3f} s", one < 0.2),
         Bar("five shots < 2 s", f"{five:.3f} s", five < 2),

@@ -1,4 +1,4 @@
-"""Rendered boards: is every peg found and named, how well do others reconstruct, and do scenes lose anything."""
+"""Rendered boards: pegs found and identified, reconstruction of other trials, scenes with the calibrated rig."""
 
 from __future__ import annotations
 
@@ -11,17 +11,18 @@ from scipy.spatial.transform import Rotation
 
 from bench.scoring import score_stage
 from bench.tables import Bar, Grid
-from bench.truth import Scene, find_scenes
+from bench.truth import Scene, find_scenes, read_frames
 from spinewatch.arrays import Float
 from spinewatch.calibration.control_field import pegboard_1995
 from spinewatch.calibration.from_images import CalibrationResult, calibrate_from_images
-from spinewatch.calibration.quality.accuracy import board_angles, common_points, simulated_angles
-from spinewatch.calibration.solve.initial_values import to_camera_space, with_exterior
-from spinewatch.calibration.stereo import sampled_rigs
+from spinewatch.calibration.quality.accuracy import common_points
+from spinewatch.calibration.quality.rig_samples import sample_rigs
+from spinewatch.calibration.quality.size_accuracy import simulated_size_accuracy, size_accuracy
+from spinewatch.calibration.solve.orientation import object_to_camera, with_orientation
 from spinewatch.camera import Rig
 from spinewatch.geometry.transforms import RigidTransform
 from spinewatch.imaging.decoding import decode_image
-from spinewatch.pipeline import StageRequest, measure_stage
+from spinewatch.pipeline import StageMeasurer, StageRequest
 
 SIDES = ("left", "right")
 FIRST = "C"
@@ -32,7 +33,7 @@ TABLE_3_4_MM = (0.34, 0.35, 0.66)
 
 
 def trials(boards: Path) -> list[str]:
-    """Return the names of the trials, the one to calibrate on first."""
+    """Return the names of the trials, the one to calibrate with first."""
     names = sorted(p.parent.name for p in boards.glob("*/truth.json"))
     first = FIRST if FIRST in names else names[0]
     return [first, *(n for n in names if n != first)]
@@ -49,11 +50,11 @@ def calibrated(boards: Path) -> CalibrationResult:
 
 
 def automatic(boards: Path) -> list[Bar]:
-    """Print what was found in each trial, and the reconstruction in sample and out."""
+    """Print the pegs found in each trial, and the reconstruction in sample and out of sample."""
     result = calibrated(boards)
     rows, errors, missed, false = [], [], 0, 0
     fresh: dict[str, Float] = {}
-    for shot, accuracy in zip((*result.calibration.shots, *result.others), result.accuracy, strict=True):
+    for shot, accuracy in zip((*result.calibration.shots, *result.held_out), result.accuracy, strict=True):
         truth = json.loads((boards / shot.name / "truth.json").read_text())
         points, both = _truth_points(truth)
         found = set(shot.left.ids) & set(shot.right.ids)
@@ -119,15 +120,16 @@ def angles(boards: Path, runs: int = 400) -> list[Bar]:
         np.median(np.concatenate([image.sd_px for image in adjustment.block.images.values()]))
     )
     centre = calibration.shots[0].left.control_mm.mean(axis=0)
-    rigs = sampled_rigs(calibration, 50, rng)
-    simulated = simulated_angles(calibration.rig, rigs, centre, SIZES_MM, noise_px, rng, runs)
+    rigs = sample_rigs(adjustment, 50, rng)
+    simulated = simulated_size_accuracy(calibration.rig, rigs, centre, SIZES_MM, noise_px, rng, runs)
     fresh = [
-        (a.residuals_mm, common_points(s)[1]) for a, s in zip(result.accuracy[1:], result.others, strict=True)
+        (a.residuals_mm, common_points(s)[1])
+        for a, s in zip(result.accuracy[1:], result.held_out, strict=True)
     ]
     residuals, control = [r for r, _ in fresh], [c for _, c in fresh]
-    on_board = board_angles(residuals, control, EDGES_MM) if fresh else []
+    on_board = size_accuracy(residuals, control, EDGES_MM) if fresh else []
     rows = [
-        (kind, f"{e.size_mm:.0f}", f"{e.distance_sd_mm:.3f}", f"{e.angle_sd_deg:.3f}", str(e.count))
+        (kind, f"{e.size_mm:.0f}", f"{e.distance_rms_mm:.3f}", f"{e.angle_rms_deg:.3f}", str(e.n_angles))
         for kind, errors in ((f"simulated, {noise_px:.3f} px", simulated), ("boards, fresh", on_board))
         for e in errors
     ]
@@ -151,11 +153,11 @@ def processed_scenes(boards: Path, scenes: Path) -> list[Bar]:
     )
     ours = in_object_space(result.calibration.rig, pose)
     rows = []
-    gone, errors = 0, np.empty((0, 2, 2))
+    lost, errors = 0, np.empty((0, 2, 2))
     for scene in find_scenes(scenes):
         true, calibrated_ = (_found(scene, rig) for rig in (scene.rig, ours))
         both = [vertebra for vertebra in true if vertebra in calibrated_]
-        gone += len(true) - len(both)
+        lost += len(true) - len(both)
         here = np.array([[true[v], calibrated_[v]] for v in both]).reshape(-1, 2, 2)
         errors = np.concatenate([errors, here])
         rows.append((scene.folder.name, len(true), len(calibrated_), *_changes(here)))
@@ -177,18 +179,17 @@ def processed_scenes(boards: Path, scenes: Path) -> list[Bar]:
     mm, degrees = after - before
     worst = (errors[:, 1] - errors[:, 0]).max(axis=0)
     reached = (
-        f"{gone} lost, RMS {mm:+.3f} mm, {degrees:+.3f} degrees;"
+        f"{lost} lost, RMS {mm:+.3f} mm, {degrees:+.3f} degrees;"
         f" worst triad {worst[0]:+.3f} mm, {worst[1]:+.3f} degrees"
     )
-    holds = bool(gone <= 0 and mm <= 0.1 and degrees <= 0.1)
+    holds = bool(lost <= 0 and mm <= 0.1 and degrees <= 0.1)
     return [Bar("scenes lose no triad, and RMS over triads at most 0.1 mm, 0.1 degree", reached, holds)]
 
 
 def _found(scene: Scene, rig: Rig) -> dict[str, tuple[float, float]]:
     """Return the errors in mm and degrees of the triads found, by vertebra."""
-    left, right = (decode_image((scene.folder / f"{side}.png").read_bytes()) for side in SIDES)
     request = StageRequest(labels=scene.labels, spine_axis=scene.spine_axis, triads=len(scene.labels))
-    score = score_stage(scene, measure_stage(left, right, rig, request), 0.0)
+    score = score_stage(scene, StageMeasurer(rig).measure(*read_frames(scene.folder), request), 0.0)
     return {
         m.truth.vertebra: (m.position_error_mm, float(np.linalg.norm(m.rotation_error_deg)))
         for m in score.matches
@@ -197,7 +198,7 @@ def _found(scene: Scene, rig: Rig) -> dict[str, tuple[float, float]]:
 
 
 def _changes(errors: Float) -> tuple[str, ...]:
-    """Return as text the RMS with either rig, and the worst change for the worse, of errors (n, rig, mm or degrees)."""
+    """Return as text the RMS with either rig, and the largest increase, of errors (n, rig, mm or degrees)."""
     if not len(errors):
         return ("-",) * 4
     before, after = np.sqrt(np.mean(errors**2, axis=0))
@@ -209,9 +210,10 @@ def _changes(errors: Float) -> tuple[str, ...]:
 
 
 def in_object_space(rig: Rig, pose: RigidTransform) -> Rig:
-    """Return a rig whose object space was a board's frame, in the space in which that board lies at ``pose``."""
+    """Return a rig whose object space is the frame of a board, in the space in which ``pose`` places that board."""
     left, right = (
-        with_exterior(camera, to_camera_space(camera) @ pose.inverse()) for camera in (rig.left, rig.right)
+        with_orientation(camera, object_to_camera(camera) @ pose.inverse())
+        for camera in (rig.left, rig.right)
     )
     return Rig(rig.name, left, right)
 

@@ -19,7 +19,7 @@ from spinewatch.calibration.control_field import pegboard_1995
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot
 from spinewatch.calibration.quality.accuracy import common_points, reconstruct
 from spinewatch.calibration.solve.dlt import solve_dlt
-from spinewatch.calibration.stereo import calibrate
+from spinewatch.calibration.stereo import calibrate_stereo
 from spinewatch.camera import Camera, Rig
 from spinewatch.geometry.transforms import RigidTransform, fit_rigid
 from spinewatch.simulation.rigs import table_3_3_rig
@@ -28,9 +28,9 @@ Reconstruct = Callable[[Float, Float], Float]
 
 
 def compare(boards: Path) -> list[Bar]:
-    """Print the comparison; out of sample ours must be no worse than any in ``PEERS``; the DLT is our own start."""
+    """Print the comparison; out of sample, ours must be no worse than ``PEERS``; the DLT is its first initial value."""
     result = calibrated(boards)
-    first, others = result.calibration.shots[0], result.others
+    first, others = result.calibration.shots[0], result.held_out
     camera = result.calibration.rig.left
     sensor = Sensor(camera.image_size_px, camera.pixel_size_mm)
     rows, fresh = [], {}
@@ -66,14 +66,14 @@ def compare(boards: Path) -> list[Bar]:
 
 
 def against_dlt(runs: int = 40, sigma_px: float = 0.025) -> list[Bar]:
-    """Print the full method beside its own start on simulated boards: few trials cannot tell them apart."""
+    """Print the full method beside the DLT on simulated boards; few trials do not separate them."""
     rng = np.random.default_rng(0)
     rig, control = table_3_3_rig(), pegboard_1995().take(TYPICAL)
     sensor = Sensor(rig.left.image_size_px, rig.left.pixel_size_mm)
     fresh: dict[str, list[Float]] = {OURS: [], "DLT with K1 alone": []}
     for _ in range(runs):
-        places = [RigidTransform.identity(), *(moved_board(rng, control.mean(axis=0)) for _ in range(4))]
-        shots = [table_shot(str(k), TYPICAL, p(control), sigma_px, rng) for k, p in enumerate(places)]
+        placements = [RigidTransform.identity(), *(moved_board(rng, control.mean(axis=0)) for _ in range(4))]
+        shots = [table_shot(str(k), TYPICAL, p(control), sigma_px, rng) for k, p in enumerate(placements)]
         for name, found in fresh.items():
             found.append(_std(shots[1:], METHODS[name](shots[0], sensor)[1], rigid=True))
     gain = np.diff([np.linalg.norm(v, axis=1) for v in fresh.values()], axis=0)[0]
@@ -93,7 +93,7 @@ def against_dlt(runs: int = 40, sigma_px: float = 0.025) -> list[Bar]:
 
 
 def _ours(shot: Shot, sensor: Sensor) -> tuple[float, Reconstruct]:
-    calibration = calibrate([shot], (sensor, sensor))
+    calibration = calibrate_stereo([shot], (sensor, sensor))
     return calibration.adjustment.rms_px, lambda a, b: reconstruct(calibration.rig, a, b)
 
 
@@ -135,10 +135,12 @@ METHODS: dict[str, Callable[[Shot, Sensor], tuple[float, Reconstruct]]] = {
 
 
 def _image_rms(shot: Shot, left: Callable[[Float], Float], right: Callable[[Float], Float]) -> float:
-    def miss(image: ImagePoints, project: Callable[[Float], Float]) -> Float:
+    def residuals(image: ImagePoints, project: Callable[[Float], Float]) -> Float:
         return (project(image.control_mm) - image.pixels).ravel()
 
-    return float(np.sqrt(np.mean(np.concatenate([miss(shot.left, left), miss(shot.right, right)]) ** 2)))
+    return float(
+        np.sqrt(np.mean(np.concatenate([residuals(shot.left, left), residuals(shot.right, right)]) ** 2))
+    )
 
 
 def _std(shots: list[Shot] | tuple[Shot, ...], reconstructed: Reconstruct, *, rigid: bool) -> Float:

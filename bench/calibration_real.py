@@ -5,17 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.peers.opencv import opencv_camera, opencv_stereo
 from bench.tables import Bar, Grid
+from spinewatch.arrays import Bool
 from spinewatch.calibration.errors import PlanarFieldError
 from spinewatch.calibration.point_tables import parse_image_points
 from spinewatch.calibration.points import Sensor, Shot
 from spinewatch.calibration.solve.blunders import Blunder, BlunderParameters
+from spinewatch.calibration.solve.collinearity import THESIS_NAMES
 from spinewatch.calibration.solve.dlt import solve_dlt
-from spinewatch.calibration.solve.resection import THIRTEEN, SolveParameters, resect
-from spinewatch.calibration.stereo import calibrate
+from spinewatch.calibration.solve.parameters import SolveParameters
+from spinewatch.calibration.solve.resection import resect
+from spinewatch.calibration.stereo import calibrate_stereo
 
 CAVITY = Sensor((1280, 1024), (0.012, 0.012))
 CAVITY_BARS_PX = (0.28, 0.24, 0.37, 0.38)
@@ -25,21 +27,21 @@ CHESSBOARD_BAR_PX = 0.444
 
 
 def openptv(folder: Path) -> list[Bar]:
-    """Resect the four cameras of the cavity with all thirteen parameters, from the DLT."""
+    """Resect the four cameras of the cavity with the thirteen parameters of the thesis."""
     rows, rms, removed = [], [], {}
     for k, bar in enumerate(CAVITY_BARS_PX, 1):
         (points,) = parse_image_points((folder / f"cam{k}.csv").read_text(), f"cam{k}").values()
         direct = solve_dlt(points, CAVITY)
-        found = resect([points], CAVITY, SolveParameters(free=THIRTEEN), f"camera {k}")
+        found = resect([points], CAVITY, SolveParameters(free=THESIS_NAMES), f"camera {k}")
         peer = opencv_camera(
             [points.keep(_kept(points.ids, found.blunders))], CAVITY, direct.camera.focal_length_mm
         )
-        named = {b.id: b.miss_px for b in found.blunders}
+        named = {b.id: b.residual_px for b in found.blunders}
         removed[k] = named
         rms.append(found.adjustment.rms_px)
         rows.append(
             (k, len(points), f"{rms[-1]:.3f}", f"{bar:.2f}", f"{peer.rms_px / np.sqrt(2):.3f}",
-             ", ".join(f"{i} ({m:.1f} px)" for i, m in named.items()))
+             ", ".join(f"{i} ({r:.1f} px)" for i, r in named.items()))
         )  # fmt: skip
     Grid.of(
         "OpenPTV cavity, RMS per coordinate",
@@ -47,7 +49,7 @@ def openptv(folder: Path) -> list[Bar]:
         rows,
     ).print()
     ok = [r <= bar for r, bar in zip(rms, CAVITY_BARS_PX, strict=True)]
-    gross = {k: [i for i, m in named.items() if m > GROSS_PX] for k, named in removed.items()}
+    gross = {k: [i for i, r in named.items() if r > GROSS_PX] for k, named in removed.items()}
     return [
         Bar(
             f"cavity RMS <= {' / '.join(map(str, CAVITY_BARS_PX))} px, each camera",
@@ -74,7 +76,7 @@ def chessboards(folder: Path) -> list[Bar]:
         refused = error.code
     parameters = SolveParameters(blunders=BlunderParameters(enabled=False))
     shots = [Shot(name, left[name], right[name]) for name in left]
-    ours = calibrate(shots, (CHESSBOARD, CHESSBOARD), parameters).adjustment.rms_px * np.sqrt(2)
+    ours = calibrate_stereo(shots, (CHESSBOARD, CHESSBOARD), parameters).adjustment.rms_px * np.sqrt(2)
     single = tuple(opencv_camera(list(images.values()), CHESSBOARD, None) for images in (left, right))
     peer, _, _ = opencv_stereo(list(left.values()), list(right.values()), (single[0], single[1]), CHESSBOARD)
     Grid.of(
@@ -92,6 +94,6 @@ def chessboards(folder: Path) -> list[Bar]:
     ]
 
 
-def _kept(ids: tuple[str, ...], blunders: tuple[Blunder, ...]) -> NDArray[np.bool_]:
+def _kept(ids: tuple[str, ...], blunders: tuple[Blunder, ...]) -> Bool:
     gone = {b.id for b in blunders}
     return np.array([i not in gone for i in ids])

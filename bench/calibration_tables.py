@@ -11,10 +11,10 @@ from spinewatch.calibration.control_field import pegboard_1995
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot
 from spinewatch.calibration.quality.accuracy import shot_accuracy
 from spinewatch.calibration.solve.collinearity import camera_vector
-from spinewatch.calibration.solve.resection import SolveParameters
-from spinewatch.calibration.stereo import calibrate
+from spinewatch.calibration.solve.parameters import SolveParameters
+from spinewatch.calibration.stereo import calibrate_stereo
 from spinewatch.geometry.transforms import RigidTransform
-from spinewatch.planning.control_field import visible_in_both
+from spinewatch.planning.control_field_trial import visible_in_both
 from spinewatch.simulation.rigs import table_3_3_rig
 
 TYPICAL = tuple(str(i) for i in (3, 4, 5, 6, 9, 10, 11, 12, 15, 16, 17, 18))
@@ -26,7 +26,7 @@ def table_3_2() -> list[Bar]:
     """Project the board of Table 3.2 through the cameras of Table 3.3, and solve back."""
     rig, field = table_3_3_rig(), pegboard_1995()
     seen = visible_in_both(rig, field)
-    calibration = calibrate(
+    calibration = calibrate_stereo(
         [table_shot("exact", TYPICAL, field.take(TYPICAL), 0.0, np.random.default_rng(0))], (_sensor(),) * 2
     )
     off = max(
@@ -52,11 +52,11 @@ def table_3_4() -> list[Bar]:
     runs: list[Float] = []
     for _ in range(RUNS):
         built = control + PEG_MM * rng.standard_normal(control.shape)
-        places = [RigidTransform.identity(), *(moved_board(rng, control.mean(axis=0)) for _ in range(4))]
+        placements = [RigidTransform.identity(), *(moved_board(rng, control.mean(axis=0)) for _ in range(4))]
         shots = [
-            table_shot(n, TYPICAL, p(built), SIGMA_PX, rng) for n, p in zip("CABDE", places, strict=True)
+            table_shot(n, TYPICAL, p(built), SIGMA_PX, rng) for n, p in zip("CABDE", placements, strict=True)
         ]
-        rig = calibrate(shots[:1], (_sensor(),) * 2, parameters).rig
+        rig = calibrate_stereo(shots[:1], (_sensor(),) * 2, parameters).rig
         accuracy = [
             shot_accuracy(rig, s, used=s is shots[0], defines_object_space=s is shots[0]) for s in shots
         ]

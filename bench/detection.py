@@ -1,6 +1,6 @@
 """``python -m bench.detection [DIR]``: ball detection on rendered scenes under DIR, beside its peers in the same run.
 
-Recall counts the balls seen by half or more that have a feature within 1.5 px among the first 20, 40, 60 and 100 of an
+Recall counts the balls at least half visible that have a feature within 1.5 px among the first 20, 40, 60 and 100 of an
 image. Centres are those after refinement. ``--check`` ends with status 1 when a bar is missed.
 """
 
@@ -21,7 +21,7 @@ from bench.contenders import contenders
 from bench.detection_cost import RUNS, SIZES, Cost, measure_cost
 from bench.detection_scoring import BUDGETS, Centres, FoundScene, Score, centre_errors, centres, find, score
 from bench.tables import Bar, Grid, bars
-from bench.truth import SIDES
+from spinewatch.imaging.frame import SIDES
 
 SAMPLES = Path(__file__).parents[1] / "samples"
 RECALL_AT = 60
@@ -38,7 +38,7 @@ MEMORY_MB = 64.0
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """Scores of all contenders, ours first; our scenes, and those on clean pictures if there are any; the cost."""
+    """Scores of all contenders, Spinewatch first; its detections in the scenes and in clean images; its cost."""
 
     root: Path
     scores: Mapping[str, Score]
@@ -48,7 +48,7 @@ class Outcome:
 
     @property
     def centres(self) -> dict[str, Centres]:
-        """How good the centres are, by the name of the row."""
+        """Errors of the centres, by the name of the row."""
         errors = centre_errors(self.scenes)
         rows = {
             "both views": errors,
@@ -61,7 +61,7 @@ class Outcome:
 
     @property
     def bars(self) -> tuple[Bar, ...]:
-        """What was promised."""
+        """The requirements."""
         return (*_accuracy_bars(self), *_cost_bars(self.cost))
 
     @property
@@ -112,7 +112,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def measure(root: Path, runs: int = RUNS) -> Outcome:
-    """Run every contender on the scenes under a folder, and time ours."""
+    """Run every contender on the scenes under a folder, and time Spinewatch."""
     scenes = tuple(find_ball_scenes(root))
     if not scenes:
         return Outcome(root, {}, (), (), Cost({}, (), float("nan")))
@@ -140,7 +140,7 @@ def _accuracy_bars(outcome: Outcome) -> Iterable[Bar]:
     outside = sum(_outside(scene) for scene in outcome.scenes)
     yield Bar(f"recall >= {RECALL} at {RECALL_AT} features", f"{recall:.3f}", recall >= RECALL)
     yield Bar(
-        f"sure centres within {CENTRE_PX} px RMS an axis",
+        f"sure centres within {CENTRE_PX} px RMS per axis",
         _pair(all_views.rms_px),
         max(all_views.rms_px) <= CENTRE_PX,
     )
@@ -157,7 +157,7 @@ def _accuracy_bars(outcome: Outcome) -> Iterable[Bar]:
     )
     if clean := rows.get("clean, both views"):
         yield Bar(
-            f"clean pictures: within {CLEAN_PX} px RMS an axis",
+            f"clean images: within {CLEAN_PX} px RMS per axis",
             _pair(clean.rms_px),
             max(clean.rms_px) <= CLEAN_PX,
         )
@@ -170,7 +170,7 @@ def _cost_bars(cost: Cost) -> Iterable[Bar]:
         f"{cost.times_faster:.1f} times",
         cost.times_faster >= FASTER,
     )
-    yield Bar(f"cost a pixel grows at most {FLAT} times", f"{cost.growth:.2f} times", cost.growth <= FLAT)
+    yield Bar(f"cost per pixel grows at most {FLAT} times", f"{cost.growth:.2f} times", cost.growth <= FLAT)
     yield Bar(f"memory < {MEMORY_MB:.0f} MB", f"{cost.memory_mb:.0f} MB", cost.memory_mb < MEMORY_MB)
 
 
@@ -180,7 +180,7 @@ def _contest(scores: Mapping[str, Score]) -> Grid:
         *(f"recall at {n}" for n in BUDGETS),
         "features",
         "centre RMS u, v px",
-        "ms a pair",
+        "ms per pair",
     ]
     rows = (
         [name, *(f"{r:.3f}" for r in s.recall), f"{s.features:.0f}", _pair(s.rms_px), f"{s.ms:.0f}"]
@@ -203,7 +203,7 @@ def _centre_table(rows: Mapping[str, Centres]) -> Grid:
         ]
         for name, c in rows.items()
     )
-    title = "Centres of sure balls, those that claim less than 0.2 px (balls: more than 90% visible)"
+    title = "Centres of sure balls, those of less than 0.2 px stated (balls: more than 90% visible)"
     return Grid.of(title, columns, cells)
 
 
@@ -241,24 +241,24 @@ def _cost_tables(cost: Cost) -> Iterable[Grid]:
         ["", "median ms", "times ours"],
         [
             ("Spinewatch, features and refined centres", f"{ours:.1f}", "1.0"),
-            ("OpenCV, 10 masked matchTemplate an image", f"{peer:.1f}", f"{cost.times_faster:.1f}"),
+            ("OpenCV, 10 masked matchTemplate per image", f"{peer:.1f}", f"{cost.times_faster:.1f}"),
         ],
     )
     rows = (
         [f"{w} x {h}", f"{median(cost.ms[w, h]):.1f}", f"{ns:.1f}"]
         for (w, h), ns in cost.ns_per_pixel.items()
     )
-    yield Grid.of("Image size", ["pair of", "median ms", "ns a pixel"], rows)
+    yield Grid.of("Image size", ["pair of", "median ms", "ns per pixel"], rows)
     w, h = SIZES[-1]
     yield Grid.of(
         "Memory",
         ["", "MB"],
-        [(f"peak resident memory above a loaded pair of {w} x {h}, fresh process", f"{cost.memory_mb:.0f}")],
+        [(f"peak resident memory above a loaded pair of {w} x {h}, new process", f"{cost.memory_mb:.0f}")],
     )
 
 
 def _outside(found: FoundScene) -> int:
-    """Return how many balls that show at all lie outside the field."""
+    """Return the number of balls that are visible at all but outside the field."""
     return sum(
         int((~detection.field.contains(view.centres_px[view.fraction > 0])).sum())
         for view, detection in zip(found.balls.views, found.detections, strict=True)

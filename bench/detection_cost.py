@@ -24,12 +24,12 @@ SIZES = ((568, 416), (1136, 832), (1920, 1408))
 RUNS = 20
 
 _CLEAR_PEAK = "5"
-"""What resets a process's peak memory when written to its ``clear_refs``."""
+"""Written to ``clear_refs`` of a process it resets its peak memory."""
 
 
 @dataclass(frozen=True, eq=False)
 class Cost:
-    """Milliseconds of a pair of each size (W, H), of the peer at the smallest, and peak memory at the largest."""
+    """Milliseconds per pair of each size (W, H), of the peer at the smallest, and peak memory at the largest."""
 
     ms: Mapping[tuple[int, int], Sequence[float]]
     peer_ms: Sequence[float]
@@ -37,17 +37,17 @@ class Cost:
 
     @property
     def times_faster(self) -> float:
-        """How many times the peer's time is ours, pair by pair, at the middle."""
+        """Median ratio of the peer's time to ours, run by run."""
         return median(peer / ours for peer, ours in zip(self.peer_ms, self.ms[SIZES[0]], strict=True))
 
     @property
     def ns_per_pixel(self) -> dict[tuple[int, int], float]:
-        """Median nanoseconds a pixel of both images, by size (W, H)."""
+        """Median nanoseconds per pixel of both images, by size (W, H)."""
         return {(w, h): median(ms) * 1e6 / (2 * w * h) for (w, h), ms in self.ms.items()}
 
     @property
     def growth(self) -> float:
-        """Cost a pixel at the largest size over that at the smallest."""
+        """Cost per pixel at the largest size over that at the smallest."""
         per_pixel = self.ns_per_pixel
         return per_pixel[SIZES[-1]] / per_pixel[SIZES[0]]
 
@@ -71,13 +71,13 @@ def measure_cost(runs: int = RUNS) -> Cost:
 
 
 def peak_memory_mb() -> float:
-    """Return by how many MB detection of a pair of the largest size raises the resident memory of a fresh process."""
+    """Return the resident memory, MB, that detection of a pair of the largest size adds in a new process."""
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
         return pool.submit(_peak_memory_mb).result()
 
 
 def enlarge(scene: BallScene, size: tuple[int, int]) -> BallScene:
-    """Return a scene as cameras with more and smaller pixels would have seen it."""
+    """Return a scene as taken by cameras with more and smaller pixels."""
     left, right = _enlarge(scene.left, size), _enlarge(scene.right, size)
     rig = replace(scene.scene.rig, left=left.camera, right=right.camera)
     return BallScene(replace(scene.scene, rig=rig), left, right)

@@ -1,4 +1,4 @@
-"""Compares detected features with the true centres of balls."""
+"""Comparison of detected features with the true centres of balls."""
 
 from __future__ import annotations
 
@@ -10,27 +10,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.balls import CLEAR, BallScene
-from bench.contenders import ChainCandidates, Contender, find_balls
+from bench.contenders import Contender, Positions, find_balls
 from bench.scoring import FEATURE_PX, rms
 from bench.speed import milliseconds
-from bench.truth import SIDES
 from spinewatch.arrays import Bool, Float
 from spinewatch.detection.candidates.search import Detection
-from spinewatch.detection.candidates.templates import Side
+from spinewatch.imaging.frame import SIDES, Side
 
 BUDGETS = (20, 40, 60, 100)
 COMPARED_AT = 60
-"""Features an image at which centres are compared."""
+"""Features per image at which centres are compared."""
 SURE_PX = 0.2
-"""A centre is sure when its covariance claims less than this standard deviation along both axes."""
+"""A centre is sure when its stated standard deviation along both axes is less than this."""
 
 
 @dataclass(frozen=True, eq=False)
 class Score:
-    """How well a contender finds balls.
+    """The score of a contender.
 
-    ``recall`` at each budget, 0 to 1; ``features`` an image and ``rms_px`` (u, v) of the centres of found balls at 60
-    features; median ``ms`` of a pair.
+    ``recall`` at each budget, 0 to 1; ``features`` per image and ``rms_px`` (u, v) of the centres of found balls at 60
+    features; median ``ms`` per pair.
     """
 
     recall: tuple[float, ...]
@@ -55,9 +54,9 @@ class FoundScene:
 
 @dataclass(frozen=True, eq=False)
 class BallErrors:
-    """Error (n, 2) and claimed standard deviation (n, 2) of every seen ball's centre, px, infinite where not found.
+    """Error (n, 2) and stated standard deviation (n, 2) of every visible ball's centre, px; infinite where not found.
 
-    ``left`` (n,): which are balls of left views; ``clear`` (n,): which are hardly hidden.
+    ``left`` (n,): balls of left views; ``clear`` (n,): balls whose outline is visible except for a tenth at most.
     """
 
     error_px: Float
@@ -67,15 +66,15 @@ class BallErrors:
 
     def of_side(self, side: Side) -> BallErrors:
         """Return those of one side."""
-        chosen = self.left == (side == "left")
-        return BallErrors(self.error_px[chosen], self.sd_px[chosen], self.left[chosen], self.clear[chosen])
+        of = self.left == (side == "left")
+        return BallErrors(self.error_px[of], self.sd_px[of], self.left[of], self.clear[of])
 
 
 @dataclass(frozen=True)
 class Centres:
     """Sure balls, and their share, 0 to 1, of the clear ones; RMS and mean of the error (u, v) of sure balls, px.
 
-    ``chi2``: mean of squared error over claimed variance of sure balls, 1 when the claim is right.
+    ``chi2``: mean of squared error over stated variance of sure balls; 1 is expected.
     """
 
     clear: int
@@ -92,23 +91,23 @@ def score(contender: Contender, scenes: Sequence[BallScene]) -> Score:
     runs = [_run(contender, scene) for scene in scenes]
     recall: list[float] = []
     for budget in BUDGETS:
-        missed = [
-            nearest(view.centres_px[view.seen], xy)[0]
-            for scene, (places, _) in zip(scenes, runs, strict=True)
-            for view, xy in zip(scene.views, places[budget], strict=True)
+        offsets = [
+            nearest(view.centres_px[view.visible], xy)[0]
+            for scene, (positions, _) in zip(scenes, runs, strict=True)
+            for view, xy in zip(scene.views, positions[budget], strict=True)
         ]
-        offset = np.concatenate(missed)
+        offset = np.concatenate(offsets)
         hit = np.linalg.norm(offset, axis=1) < FEATURE_PX
         recall.append(float(hit.mean()))
         if budget == COMPARED_AT:
             u, v = offset[hit].T
-            features = float(np.mean([len(xy) for places, _ in runs for xy in places[budget]]))
+            features = float(np.mean([len(xy) for positions, _ in runs for xy in positions[budget]]))
     return Score(tuple(recall), features, (rms(u), rms(v)), median(ms for _, ms in runs))
 
 
-def _run(contender: Contender, scene: BallScene) -> tuple[dict[int, ChainCandidates], float]:
-    """Return the places by budget, and the milliseconds of finding 60 features, or all when these are ranked."""
-    found: dict[int, ChainCandidates] = {}
+def _run(contender: Contender, scene: BallScene) -> tuple[dict[int, Positions], float]:
+    """Return the positions by budget, and the milliseconds of finding 60 features, or all when these are ranked."""
+    found: dict[int, Positions] = {}
 
     def search(budget: int) -> float:
         return milliseconds(lambda: found.update({budget: contender.find(scene, budget)}))
@@ -116,9 +115,9 @@ def _run(contender: Contender, scene: BallScene) -> tuple[dict[int, ChainCandida
     if not contender.ranked:
         times = {budget: search(budget) for budget in BUDGETS}
         return {budget: _first(found[budget], budget) for budget in BUDGETS}, times[COMPARED_AT]
-    most = max(BUDGETS)
-    ms = search(most)
-    return {budget: _first(found[most], budget) for budget in BUDGETS}, ms
+    largest = max(BUDGETS)
+    ms = search(largest)
+    return {budget: _first(found[largest], budget) for budget in BUDGETS}, ms
 
 
 def find(scene: BallScene) -> FoundScene:
@@ -138,24 +137,24 @@ def nearest(centres_px: Float, xy_px: Float) -> tuple[Float, NDArray[np.intp]]:
 
 
 def centre_errors(scenes: Sequence[FoundScene]) -> BallErrors:
-    """Return the centre errors of all seen balls, each against the nearest of the first 60 features."""
+    """Return the centre errors of all visible balls, each against the nearest of the first 60 features."""
     error, sd, left, clear = [], [], [], []
     for scene in scenes:
         for side, view, detection in zip(SIDES, scene.balls.views, scene.detections, strict=True):
-            miss, index = nearest(view.centres_px[view.seen], detection.features.xy_px[:COMPARED_AT])
-            found = np.linalg.norm(miss, axis=1) < FEATURE_PX
-            claimed = np.full(miss.shape, np.inf)
+            error_px, index = nearest(view.centres_px[view.visible], detection.features.xy_px[:COMPARED_AT])
+            found = np.linalg.norm(error_px, axis=1) < FEATURE_PX
+            stated_px = np.full(error_px.shape, np.inf)
             variance = detection.features.covariance_px2[:, [0, 1], [0, 1]]
-            claimed[found] = np.sqrt(variance[index[found]])
-            error.append(np.where(found[:, None], miss, np.inf))
-            sd.append(claimed)
-            left.append(np.full(len(miss), side == "left"))
-            clear.append(view.fraction[view.seen] > CLEAR)
+            stated_px[found] = np.sqrt(variance[index[found]])
+            error.append(np.where(found[:, None], error_px, np.inf))
+            sd.append(stated_px)
+            left.append(np.full(len(error_px), side == "left"))
+            clear.append(view.fraction[view.visible] > CLEAR)
     return BallErrors(*map(np.concatenate, (error, sd, left, clear)))
 
 
 def centres(errors: BallErrors) -> Centres:
-    """Return how good the sure centres are; NaN where there are none."""
+    """Return the errors of the sure centres; NaN where there are none."""
     sure = (errors.sd_px < SURE_PX).all(axis=1)
     e, sd = errors.error_px[sure], errors.sd_px[sure]
     bias = e.mean(axis=0) if sure.any() else np.full(2, np.nan)
@@ -169,5 +168,5 @@ def centres(errors: BallErrors) -> Centres:
     )
 
 
-def _first(places: ChainCandidates, budget: int) -> ChainCandidates:
-    return places[0][:budget], places[1][:budget]
+def _first(positions: Positions, budget: int) -> Positions:
+    return positions[0][:budget], positions[1][:budget]

@@ -40,7 +40,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     renamed = dict(pair.split("=", 1) for pair in options.renamed)
     intended = re.compile("|".join(options.intended) or r"(?!)")
     compared, differing = 0, defaultdict[str, list[float]](list)
-    folders = sorted({path.parent.resolve() for root in options.scenes for path in root.rglob("truth.json")})
+    truths = {path.resolve() for root in options.scenes for path in root.rglob("truth.json")}
+    folders = sorted(path.parent for path in truths if _has_rig(path))
     for folder in folders:
         with tempfile.TemporaryDirectory() as scratch:
             call = _call(folder, Path(scratch))
@@ -57,6 +58,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     title = f"{len(folders)} pairs, {compared} values, {sum(map(len, differing.values()))} differ"
     Grid.of(title, ("entry", "values that differ", "largest relative difference", ""), rows).print()
     return int(any(not intended.search(key) for key in differing))
+
+
+def _has_rig(truth: Path) -> bool:
+    return "cameras" in json.loads(truth.read_text()) or (truth.parents[1] / "rig.json").exists()
 
 
 def _call(folder: Path, scratch: Path) -> list[str]:

@@ -1,6 +1,6 @@
-"""Ready-made ball detectors to compare with, each tuned on the development scenes.
+"""General detectors to compare with, each tuned on the development scenes.
 
-Each takes the gray levels (H, W) of an image and the nominal (width, height) of a ball in pixels, and returns places
+Each takes the gray levels (H, W) of an image and the nominal (width, height) of a ball in pixels, and returns positions
 (n, 2), best first.
 """
 
@@ -14,41 +14,42 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, gaussian_laplace
 
-from spinewatch.arrays import Float
-from spinewatch.detection.candidates.decision_space import peaks
-from spinewatch.detection.candidates.similarity import Measure, Templates, similarity
-from spinewatch.imaging.exposure import Gray, log_tone
+from spinewatch.arrays import Float, Single
+from spinewatch.detection.candidates.correlation import similarity
+from spinewatch.detection.candidates.segmentation import peaks
+from spinewatch.detection.candidates.similarity import Measure, Templates
+from spinewatch.imaging.tone import log_tone
 
 Size = tuple[float, float]
-Detector = Callable[[Gray, Size], Float]
+Detector = Callable[[Single, Size], Float]
 
 BUDGET = 100
 _LOG_OFFSET = 4.0
 
 
-def soft_disc(gray: Gray, ball_px: Size) -> Float:
+def soft_disc(gray: Single, ball_px: Size) -> Float:
     """Correlate (RHO, eq. 4.14) the log image with a dark disc of a ball's size and a soft edge."""
     return _disc(gray, ball_px, margin=1.4, measure=Measure.RHO)
 
 
-def soft_disc_filter(gray: Gray, ball_px: Size) -> Float:
-    """Filter the log image with the same disc: the correlation without normalisation (CCM, eq. 4.16)."""
+def soft_disc_filter(gray: Single, ball_px: Size) -> Float:
+    """Filter the log image with the same disc: the correlation without normalization (CCM, eq. 4.16)."""
     return _disc(gray, ball_px, margin=1.6, measure=Measure.CCM)
 
 
-def laplacian(gray: Gray, ball_px: Size) -> Float:
+def laplacian(gray: Single, ball_px: Size) -> Float:
     """Laplacian of Gaussian of the log image, a little above the scale of a disc of the ball's size."""
     return _peaks(gaussian_laplace(_log(gray), _sigma(ball_px, 1.15)), ball_px)
 
 
-def difference_of_gaussians(gray: Gray, ball_px: Size) -> Float:
+def difference_of_gaussians(gray: Single, ball_px: Size) -> Float:
     """Difference of Gaussians of the log image, 1.2 apart about the same scale."""
     log, (down, across) = _log(gray), _sigma(ball_px, 1.15)
     narrow, wide = (gaussian_filter(log, (down * k, across * k)) for k in (1.2**-0.5, 1.2**0.5))
     return _peaks(wide - narrow, ball_px)
 
 
-def simple_blobs(gray: Gray, ball_px: Size) -> Float:
+def simple_blobs(gray: Single, ball_px: Size) -> Float:
     """OpenCV's SimpleBlobDetector for dark, roundish blobs of the ball's size in the log image, by their Laplacian."""
     p = cv2.SimpleBlobDetector.Params()
     p.minThreshold, p.maxThreshold, p.thresholdStep = 5, 250, 8
@@ -66,7 +67,7 @@ def simple_blobs(gray: Gray, ball_px: Size) -> Float:
     return np.asarray(xy[np.argsort(-strength)][:BUDGET])
 
 
-def hough_circles(gray: Gray, ball_px: Size) -> Float:
+def hough_circles(gray: Single, ball_px: Size) -> Float:
     """OpenCV's gradient Hough transform for circles of the ball's size in the log image, by its accumulator."""
     enlarge = 28 / ball_px[0]
     radius = enlarge * ball_px[0] / 2
@@ -84,11 +85,11 @@ def hough_circles(gray: Gray, ball_px: Size) -> Float:
     return _reduced(xy, ball_px, enlarge)
 
 
-def _log(gray: Gray) -> Gray:
+def _log(gray: Single) -> Single:
     return log_tone(gray, _LOG_OFFSET, 0.0)
 
 
-def _disc(gray: Gray, ball_px: Size, margin: float, measure: Measure) -> Float:
+def _disc(gray: Single, ball_px: Size, margin: float, measure: Measure) -> Float:
     width, height = ball_px
     down, across = (int(np.ceil(margin / 2 * d)) for d in (height, width))
     y, x = np.mgrid[-down : down + 1, -across : across + 1]
@@ -110,7 +111,7 @@ def _peaks(response: NDArray[np.floating], ball_px: Size) -> Float:
     return np.asarray(xy, dtype=np.float64)
 
 
-def _enlarged(gray: Gray, ball_px: Size, factor: float) -> NDArray[Any]:
+def _enlarged(gray: Single, ball_px: Size, factor: float) -> NDArray[Any]:
     """Return the log image in 8 bits, enlarged, with square pixels so that a ball is round."""
     tone = _log(gray)
     low, high = np.percentile(tone, (0.5, 99.5))
@@ -124,8 +125,8 @@ def _reduced(xy: Float, ball_px: Size, factor: float) -> Float:
 
 
 PEERS: dict[str, Detector] = {
-    "soft disc, normalised": soft_disc,
-    "soft disc, not normalised": soft_disc_filter,
+    "soft disc, normalized": soft_disc,
+    "soft disc, not normalized": soft_disc_filter,
     "Laplacian of Gaussian": laplacian,
     "difference of Gaussians": difference_of_gaussians,
     "OpenCV HoughCircles": hough_circles,

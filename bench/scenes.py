@@ -1,6 +1,6 @@
 """``python -m bench.scenes DIR``: measure every rendered pair under DIR and compare with its truth.
 
-A row a pair: for each triad in label order the error of P in mm and of the rotation in degrees; ``-`` not
+One row per pair: for each triad in label order the error of P in mm and of the rotation in degrees; ``-`` not
 found, ``L`` with another label or none, ``*`` not all six ball images visible. ``--check`` ends with status 1
 when a bar is missed.
 """
@@ -11,6 +11,7 @@ import argparse
 import json
 import sys
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
@@ -20,16 +21,15 @@ import numpy as np
 
 from bench.scoring import Match, StageScore, failed_stage, score_motion, score_stage, summary
 from bench.tables import Bar, Grid, bars
-from bench.truth import Scene, find_scenes, read_surgery
+from bench.truth import Scene, find_scenes, read_frames, read_surgery
 from commands.shared.stopwatch import Stopwatch
 from spinewatch.errors import SpinewatchError
-from spinewatch.imaging.decoding import decode_image
-from spinewatch.pipeline import StageRequest, measure_stage
+from spinewatch.pipeline import StageMeasurer, StageRequest
 
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """Every pair's score, and the figures of all pairs and of each folder's, by name."""
+    """Score of each pair, and figures of all pairs and of those of each folder, by name."""
 
     root: Path
     scores: tuple[StageScore, ...]
@@ -37,7 +37,7 @@ class Outcome:
 
     @property
     def bars(self) -> tuple[Bar, ...]:
-        """What was promised, over all pairs."""
+        """The bars over all pairs."""
         figures = self.figures["all"]
         complete = {
             folder.name: all(match.found for score in stages.values() for match in score.matches)
@@ -55,7 +55,7 @@ class Outcome:
     @property
     def grids(self) -> tuple[Grid, ...]:
         """The tables."""
-        return self._pairs(), self._summary(), self._honesty(), bars(self.bars)
+        return self._pairs(), self._summary(), self._uncertainty(), bars(self.bars)
 
     def _pairs(self) -> Grid:
         columns = ["pair", "exposure", "triads mm/deg", "false", "features", "ms", "flags"]
@@ -74,17 +74,19 @@ class Outcome:
         return Grid.of("Pairs (* not all six ball images visible)", columns, rows)
 
     def _summary(self) -> Grid:
-        names = [name for name in self.figures["all"] if name != "honesty"]
+        names = [name for name in self.figures["all"] if name != "uncertainty"]
         rows = ([name, *(_text(figures[name]) for figures in self.figures.values())] for name in names)
         return Grid.of("Summary", ["figure", *self.figures], rows)
 
-    def _honesty(self) -> Grid:
+    def _uncertainty(self) -> Grid:
         columns = ["error of", "n", "mean chi2/3", "median ratio", "within the 95% region"]
         rows = (
-            (name, f"{h['n']:.0f}", f"{h['mean']:.2f}", f"{h['median']:.2f}", f"{h['within95_pct']:.0f}%")
-            for name, h in self.figures["all"]["honesty"].items()
+            (name, f"{u['n']:.0f}", f"{u['mean']:.2f}", f"{u['median']:.2f}", f"{u['within95_pct']:.0f}%")
+            for name, u in self.figures["all"]["uncertainty"].items()
         )
-        return Grid.of("Stated uncertainty against the truth (1 is right, above 1 too small)", columns, rows)
+        return Grid.of(
+            "Stated uncertainty against the truth (1 is right, above 1 is too small)", columns, rows
+        )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -109,20 +111,20 @@ def measure(root: Path) -> Outcome:
     scores = tuple(measure_scene(scene) for scene in find_scenes(root))
     folders = groupby(scores, key=lambda score: score.scene.folder.relative_to(root).parts[0])
     parts = {"all": scores, **{name: tuple(group) for name, group in folders}}
-    if len(parts) == 2:  # one folder is all
+    if len(parts) == 2:  # a single folder is the same as all
         parts = {"all": scores}
     return Outcome(root, scores, {name: _figures(part) for name, part in parts.items()})
 
 
 def measure_scene(scene: Scene) -> StageScore:
-    """Measure one pair as ``spinewatch process`` does and score it."""
-    data = [(scene.folder / f"{side}.png").read_bytes() for side in ("left", "right")]
+    """Measure one pair as ``spinewatch process`` does, and score it."""
     request = StageRequest(labels=scene.labels, spine_axis=scene.spine_axis, triads=len(scene.labels))
     clock = Stopwatch()
     clock("decode")
     try:
-        left, right = map(decode_image, data)
-        measurement = measure_stage(left, right, scene.rig, request, progress=clock)
+        frames = read_frames(scene.folder)
+        with ThreadPoolExecutor(max_workers=1) as pool:
+            measurement = StageMeasurer(scene.rig, pool=pool).measure(*frames, request, progress=clock)
     except SpinewatchError as error:
         return failed_stage(scene, str(error))
     return score_stage(scene, measurement, clock.stop()["total"])
@@ -148,7 +150,7 @@ def _cell(match: Match) -> str:
     hidden = "" if match.truth.visible else "*"
     if match.measured is None:
         return "-" + hidden
-    if not match.labelled_right:
+    if not match.labelled_correctly:
         return "L" + hidden
     return f"{match.position_error_mm:.1f}/{np.linalg.norm(match.rotation_error_deg):.1f}{hidden}"
 
@@ -164,7 +166,7 @@ def _text(value: object) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Return figures with null for what is undefined, as JSON has no NaN."""
+    """Return figures with None instead of NaN, which JSON does not have."""
     if isinstance(value, Mapping):
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list):

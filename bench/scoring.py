@@ -1,4 +1,4 @@
-"""Compares measured stages with the truth."""
+"""Comparison of measured stages with the truth."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import chi2
+from scipy import stats
 
-from bench.truth import SIDES, Scene, Surgery, TrueTriad
+from bench.truth import Scene, Surgery, TrueTriad
 from spinewatch.arrays import Float
 from spinewatch.geometry.rotations import vector_from_rotation
+from spinewatch.imaging.frame import SIDES
 from spinewatch.pipeline import StageMeasurement
 from spinewatch.spine.motion import relative_motion
 from spinewatch.triads.labels import LabelledTriad
@@ -19,39 +20,42 @@ from spinewatch.triads.pose import Pose
 
 GATE_MM = 6.0
 """A measured triad farther than this from every true one is false."""
+
 FOUND_MM = 2.0
+"""A triad with a smaller position error is found."""
+
 FEATURE_PX = 1.5
-"""A visible ball counts as detected when a feature lies this near."""
+"""A visible ball with a feature nearer than this is detected."""
 
 
 @dataclass(frozen=True, eq=False)
 class Match:
     """A true triad and the measured one nearest to it, or None.
 
-    Errors in mm and in degrees about the triad's axes; ``surprise`` holds the chi-squares of the position and
-    of the rotation error against the reported covariance, three degrees of freedom each.
+    Errors in mm and in degrees about the triad's axes; ``chi2`` holds the chi-squares of the position and of the
+    rotation error with the stated covariance, three degrees of freedom each.
     """
 
     truth: TrueTriad
     measured: LabelledTriad | None
     position_error_mm: float
     rotation_error_deg: Float
-    surprise: tuple[float, float]
+    chi2: tuple[float, float]
 
     @property
-    def labelled_right(self) -> bool:
-        """Whether the triad was measured and carries its own label."""
+    def labelled_correctly(self) -> bool:
+        """Whether the triad was measured and has its own label."""
         return self.measured is not None and self.measured.label == self.truth.vertebra
 
     @property
     def found(self) -> bool:
-        """Whether it is labelled right and within 2 mm."""
-        return self.labelled_right and self.position_error_mm <= FOUND_MM
+        """Whether it has its own label and is within 2 mm."""
+        return self.labelled_correctly and self.position_error_mm <= FOUND_MM
 
 
 @dataclass(frozen=True, eq=False)
 class StageScore:
-    """What one stereo pair came to; without ``measurement`` it failed, and ``failure`` says why."""
+    """Score of one stereo pair; ``failure`` is the reason why it could not be measured, or empty."""
 
     scene: Scene
     matches: tuple[Match, ...]
@@ -64,25 +68,25 @@ class StageScore:
 
     @property
     def poses(self) -> dict[str, Pose]:
-        """Measured poses of the triads that carry their own label."""
+        """Measured poses of the triads that have their own label."""
         return {
             m.truth.vertebra: m.measured.triad.pose
             for m in self.matches
-            if m.measured and m.measured.triad.pose and m.labelled_right
+            if m.measured and m.measured.triad.pose and m.labelled_correctly
         }
 
 
 @dataclass(frozen=True, eq=False)
 class MotionError:
-    """Error of a motion since PRE: mm, degrees about the moved reference axes, and both chi-squares."""
+    """Error of a motion since PRE: mm, degrees about the moved reference axes, and the chi-squares of both."""
 
     translation_mm: float
     rotation_deg: Float
-    surprise: tuple[float, float]
+    chi2: tuple[float, float]
 
 
 def score_stage(scene: Scene, measurement: StageMeasurement, total_ms: float) -> StageScore:
-    """Match each true triad, in label order, with the nearest measured triad that has a pose and is still free."""
+    """Match each true triad, in label order, with the nearest measured triad with a pose that is not matched yet."""
     free = [found for found in measurement.triads if found.triad.pose is not None]
     matches = []
     for truth in scene.triads:
@@ -103,7 +107,7 @@ def score_stage(scene: Scene, measurement: StageMeasurement, total_ms: float) ->
 
 
 def failed_stage(scene: Scene, reason: str) -> StageScore:
-    """Return the score of a pair that could not be measured at all."""
+    """Return the score of a pair that could not be measured."""
     nothing = tuple(_missed(truth) for truth in scene.triads)
     return StageScore(scene, nothing, 0, (), (), (), float("nan"), reason)
 
@@ -120,11 +124,10 @@ def score_motion(stages: Mapping[str, StageScore], surgery: Surgery) -> tuple[Mo
         for motion in relative_motion(start, end, surgery.reference):
             true = truths[motion.vertebra]
             shift = motion.translation_mm - true.translation_mm
-            turn = np.degrees(
-                vector_from_rotation(true.rotation @ motion.rotation.T)
-            )  # in the reference's axes
-            chi = (_scaled(shift, motion.translation_sd_mm), _scaled(turn, motion.rotation_sd_deg))
-            errors.append(MotionError(float(np.linalg.norm(shift)), true.rotation.T @ turn, chi))
+            # in the reference's axes
+            rotation = np.degrees(vector_from_rotation(true.rotation @ motion.rotation.T))
+            chi2 = (_scaled(shift, motion.translation_sd_mm), _scaled(rotation, motion.rotation_sd_deg))
+            errors.append(MotionError(float(np.linalg.norm(shift)), true.rotation.T @ rotation, chi2))
     return tuple(errors)
 
 
@@ -136,8 +139,8 @@ def summary(scores: Iterable[StageScore], motions: Iterable[MotionError]) -> dic
     partly = [match for match in every if not match.truth.visible]
     good = [match for match in whole if match.found]
     centre = {side: _centre_errors(good, side) for side in SIDES}
-    turns = np.array([match.rotation_error_deg for match in good]).reshape(-1, 3)
-    motion_turns = np.array([motion.rotation_deg for motion in motions]).reshape(-1, 3)
+    rotations = np.array([match.rotation_error_deg for match in good]).reshape(-1, 3)
+    motion_rotations = np.array([motion.rotation_deg for motion in motions]).reshape(-1, 3)
     return {
         "pairs": len(scores),
         "failed": sum(bool(score.failure) for score in scores),
@@ -147,48 +150,49 @@ def summary(scores: Iterable[StageScore], motions: Iterable[MotionError]) -> dic
         "within1mm_pct": _percent(sum(match.position_error_mm <= 1 for match in good), len(whole)),
         "partial": len(partly),
         "partial_found": sum(match.found for match in partly),
-        "mislabelled": sum(match.measured is not None and not match.labelled_right for match in every),
+        "mislabelled": sum(match.measured is not None and not match.labelled_correctly for match in every),
         "false": sum(score.false for score in scores),
         "P_rms_mm": rms([match.position_error_mm for match in good]),
         "P_median_mm": _median([match.position_error_mm for match in good]),
-        "rot_rms_deg": rms(np.linalg.norm(turns, axis=1)),
-        "rot_median_deg": _median(np.linalg.norm(turns, axis=1)),
-        "inplane_rms_deg": rms(turns[:, 2]),
+        "rot_rms_deg": rms(np.linalg.norm(rotations, axis=1)),
+        "rot_median_deg": _median(np.linalg.norm(rotations, axis=1)),
+        "inplane_rms_deg": rms(rotations[:, 2]),
         "centre_rms_px": {side: [rms(errors[:, i]) for i in (0, 1)] for side, errors in centre.items()},
         "centre_bias_px": {side: _mean_rows(errors) for side, errors in centre.items()},
         "feature_recall": _mean([value for score in scores for value in score.recall]),
         "features_per_image": _mean([n for score in scores for n in score.feature_counts]),
         "motion_n": len(motions),
         "motion_t_rms_mm": rms([motion.translation_mm for motion in motions]),
-        "motion_rot_rms_deg": rms(np.linalg.norm(motion_turns, axis=1)),
-        "motion_inplane_rms_deg": rms(motion_turns[:, 2]),
-        "honesty": {
-            "P": honesty([match.surprise[0] for match in good]),
-            "rotation": honesty([match.surprise[1] for match in good]),
-            "motion translation": honesty([motion.surprise[0] for motion in motions]),
-            "motion rotation": honesty([motion.surprise[1] for motion in motions]),
+        "motion_rot_rms_deg": rms(np.linalg.norm(motion_rotations, axis=1)),
+        "motion_inplane_rms_deg": rms(motion_rotations[:, 2]),
+        "uncertainty": {
+            "P": uncertainty_scores([match.chi2[0] for match in good]),
+            "rotation": uncertainty_scores([match.chi2[1] for match in good]),
+            "motion translation": uncertainty_scores([motion.chi2[0] for motion in motions]),
+            "motion rotation": uncertainty_scores([motion.chi2[1] for motion in motions]),
         },
         "ms_median": _median([score.total_ms for score in scores if not score.failure]),
     }
 
 
-def honesty(surprises: ArrayLike) -> dict[str, float]:
-    """Return how chi-squares of 3 degrees of freedom compare with theory.
+def uncertainty_scores(chi_squares: ArrayLike) -> dict[str, float]:
+    """Return how chi-squares of 3 degrees of freedom compare with their distribution.
 
-    ``mean``: of chi-square over 3, 1 when the stated deviations are right, more when they are too small;
-    ``median``: of chi-square over its own median, the same without the outliers; ``within95_pct``.
+    ``mean``: mean of chi-square over 3, which is 1 when the stated deviations are right and larger when they are too
+    small; ``median``: the same ratio of the medians, without influence of outliers; ``within95_pct``: percentage within
+    the 95% region.
     """
-    values = np.asarray(surprises, dtype=np.float64)
+    values = np.asarray(chi_squares, dtype=np.float64)
     return {
         "n": float(values.size),
         "mean": _mean(values / 3),
-        "median": _median(values / chi2.ppf(0.5, 3)),
-        "within95_pct": 100 * _mean(values <= chi2.ppf(0.95, 3)),
+        "median": _median(values / stats.chi2.ppf(0.5, 3)),
+        "within95_pct": 100 * _mean(values <= stats.chi2.ppf(0.95, 3)),
     }
 
 
 def rms(values: ArrayLike) -> float:
-    """Return the root mean square, NaN of nothing."""
+    """Return the root mean square, NaN without values."""
     array = np.asarray(values, dtype=np.float64)
     return float(np.sqrt(np.mean(array**2))) if array.size else float("nan")
 
@@ -196,17 +200,17 @@ def rms(values: ArrayLike) -> float:
 def _nearest(truth: TrueTriad, free: list[LabelledTriad]) -> Match:
     if not free:
         return _missed(truth)
-    distance = [float(np.linalg.norm(t.triad.place_mm - truth.position_mm)) for t in free]
+    distance = [float(np.linalg.norm(t.triad.position_mm - truth.position_mm)) for t in free]
     best = int(np.argmin(distance))
     pose = free[best].triad.pose
     if pose is None or distance[best] > GATE_MM:
         return _missed(truth)
     shift = truth.position_mm - pose.position_mm
-    turn = np.degrees(
+    rotation = np.degrees(
         vector_from_rotation(truth.rotation @ pose.rotation.T)
     )  # object axes, as the covariance
-    chi = (_mahalanobis(shift, pose.covariance[:3, :3]), _mahalanobis(turn, pose.covariance[3:, 3:]))
-    return Match(truth, free[best], distance[best], truth.rotation.T @ turn, chi)
+    chi2 = (_mahalanobis(shift, pose.covariance[:3, :3]), _mahalanobis(rotation, pose.covariance[3:, 3:]))
+    return Match(truth, free[best], distance[best], truth.rotation.T @ rotation, chi2)
 
 
 def _missed(truth: TrueTriad) -> Match:
@@ -214,7 +218,7 @@ def _missed(truth: TrueTriad) -> Match:
 
 
 def _recall(scene: Scene, side: str, xy: Float) -> float:
-    centres = [triad.centre_px[ball][side] for triad in scene.triads for ball in triad.seen[side]]
+    centres = [triad.centre_px[ball][side] for triad in scene.triads for ball in triad.visible_in[side]]
     if not centres:
         return 1.0
     if not len(xy):

@@ -19,24 +19,22 @@ from numpy.typing import NDArray
 
 from bench.balls import BallScene, BallView, find_ball_scenes
 from bench.tables import Grid
-from spinewatch.arrays import Float
-from spinewatch.detection.candidates.property_spaces import Planes, PropertySpace, property_planes
+from spinewatch.arrays import Float, Single
+from spinewatch.detection.candidates.correlation import similarity
+from spinewatch.detection.candidates.property_spaces import PropertySpace, property_planes
 from spinewatch.detection.candidates.search import DetectionParameters, detect
-from spinewatch.detection.candidates.similarity import Measure, Templates, similarity
+from spinewatch.detection.candidates.similarity import Measure, Templates
 from spinewatch.detection.candidates.surgical_field import SurgicalField
-from spinewatch.detection.candidates.templates import (
-    HALF,
-    TemplateSet,
-    cut_samples,
-    default_template_set,
-    round_mask,
-    tree_proximities,
-)
-from spinewatch.imaging.exposure import correct_exposure, log_tone, to_gray, truncated_median_filter
+from spinewatch.detection.candidates.template_building import BuildParameters
+from spinewatch.detection.candidates.template_samples import cut_samples, round_mask, tree_proximities
+from spinewatch.detection.candidates.templates import HALF, TemplateSet, default_template_set
+from spinewatch.imaging.exposure import correct_exposure
+from spinewatch.imaging.filters import truncated_median_filter
+from spinewatch.imaging.frame import Frame
+from spinewatch.imaging.tone import log_tone, to_gray
 
 SAMPLES = Path(__file__).parents[1] / "samples"
 PATCH = 50
-MASK_RADII = 1.38
 
 TABLE_4_1: Mapping[PropertySpace, Mapping[Measure, float]] = {
     PropertySpace.GRAY: dict(zip(Measure, (15, 40, 12, 44, 81), strict=True)),
@@ -51,7 +49,7 @@ ROW_MEANS = {
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """Selectivity of one image, and by how much of the background's standard deviation balls stand out."""
+    """Selectivity of one image, and the same over the standard deviation of the background."""
 
     selectivity: float
     contrast: float
@@ -85,7 +83,7 @@ def measure(scenes: Sequence[BallScene]) -> dict[Key, tuple[Response, ...]]:
     found: dict[Key, list[Response]] = {(s, m): [] for s in PropertySpace for m in Measure}
     for scene, other in zip(scenes, [*scenes[1:], scenes[0]], strict=True):
         for view, example in zip(scene.views, other.views, strict=True):
-            field = detect(view.image, view.side, view.ball_px, DetectionParameters()).field
+            field = detect(Frame(view.image, view.side), view.ball_px, DetectionParameters()).field
             for space in PropertySpace:
                 for m, response in _responses(view, example, space, field):
                     found[space, m].append(response)
@@ -93,9 +91,9 @@ def measure(scenes: Sequence[BallScene]) -> dict[Key, tuple[Response, ...]]:
 
 
 def background(field: SurgicalField, centres_px: Float) -> list[tuple[int, int]]:
-    """Return the first pixels (u, v) of the patches of a grid in the field whose pixels see no ball (n, 2).
+    """Return the first pixels (u, v) of those patches of a grid in the field that no ball (n, 2) is near to.
 
-    That is, balls are farther off than a template reaches.
+    Balls are farther from their pixels than the half size of a template.
     """
     corners = [
         (u, v)
@@ -117,13 +115,13 @@ def _responses(
     """Yield the response of every measure in an image to the average ball of another."""
     size = view.ball_px
     scale = (size[0] / example.ball_px[0], size[1] / example.ball_px[1])
-    balls = [(float(u), float(v)) for u, v in example.centres_px[example.seen]]
+    balls = [(float(u), float(v)) for u, v in example.centres_px[example.visible]]
     average = cut_samples(_planes(example, space), balls, scale).mean(axis=0, keepdims=True)
-    template = Templates(average, round_mask(size, MASK_RADII))
+    template = Templates(average, round_mask(size, BuildParameters().mask_radii))
     box = np.s_[field.v0 : field.v1, field.u0 : field.u1]
     planes = _planes(view, space)[:, box[0], box[1]]
-    seen = view.centres_px[view.seen]
-    u, v = (np.rint(seen[field.contains(seen)]).astype(int) - (field.u0, field.v0)).T
+    visible = view.centres_px[view.visible]
+    u, v = (np.rint(visible[field.contains(visible)]).astype(int) - (field.u0, field.v0)).T
     corners = background(field, view.centres_px)
     for m in Measure:
         space_255 = _scaled(similarity(planes, template, m)[0], m)
@@ -134,10 +132,10 @@ def _responses(
         yield m, Response(gain, gain / float(ground.std()))
 
 
-def _planes(view: BallView, space: PropertySpace) -> Planes:
+def _planes(view: BallView, space: PropertySpace) -> Single:
     """Return the property planes of a whole image as detection makes them."""
     parameters = DetectionParameters()
-    gray, _ = correct_exposure(to_gray(view.image), parameters.preprocess)
+    gray, _ = correct_exposure(to_gray(view.image), parameters.exposure)
     if space is PropertySpace.DIRECTIVITY:
         return property_planes(log_tone(gray, parameters.log_offset, 0.0), space)
     return property_planes(truncated_median_filter(gray), space)
@@ -172,11 +170,17 @@ def _agreement(responses: Mapping[Key, Sequence[Response]]) -> Grid:
         here = _means(responses, space)
         pairs = list(combinations(Measure, 2))
         other = [(a, b) for a, b in pairs if (thesis[a] - thesis[b]) * (here[a] - here[b]) < 0]
-        turned = ", ".join(
+        reversed_pairs = ", ".join(
             f"{max(p, key=here.__getitem__)} over {min(p, key=here.__getitem__)}" for p in other
         )
         rows.append(
-            [space, _order(thesis), _order(here), f"{len(pairs) - len(other)} of {len(pairs)}", turned]
+            [
+                space,
+                _order(thesis),
+                _order(here),
+                f"{len(pairs) - len(other)} of {len(pairs)}",
+                reversed_pairs,
+            ]
         )
     here = _means(responses, PropertySpace.DIRECTIVITY)
     rows.append([PropertySpace.DIRECTIVITY, "left open", _order(here), "", ""])
@@ -185,7 +189,7 @@ def _agreement(responses: Mapping[Key, Sequence[Response]]) -> Grid:
         "order in the thesis",
         "order here",
         "pairs in the same order",
-        "here the other way round",
+        "pairs in the opposite order",
     ]
     return Grid.of("Ranking of the measures", columns, rows)
 

@@ -1,4 +1,4 @@
-"""Rendered scenes and what is true in them."""
+"""Rendered scenes and their truth."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ import numpy as np
 
 from spinewatch.arrays import Float
 from spinewatch.camera import Rig
+from spinewatch.imaging.decoding import decode_image
+from spinewatch.imaging.frame import SIDES, Frame
 from spinewatch.rig_files.rig_json import parse_rig, rig_from_dict
-
-SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")
 
 
 @dataclass(frozen=True, eq=False)
 class TrueTriad:
     """Pose of a placed triad in object space, mm, and its ball centres, px, by name and side.
 
-    ``visible``: all three balls are seen in both views. ``seen``: the names of the balls that a side sees.
+    ``visible``: both images show all three balls. ``visible_in``: names of the balls that the image of a side shows.
     """
 
     vertebra: str
@@ -29,7 +29,7 @@ class TrueTriad:
     rotation: Float
     visible: bool
     centre_px: Mapping[str, Mapping[str, Float]]
-    seen: Mapping[str, frozenset[str]]
+    visible_in: Mapping[str, frozenset[str]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +64,12 @@ class Surgery:
     motion: Mapping[str, Mapping[str, TrueMotion]]
 
 
+def read_frames(folder: Path) -> tuple[Frame, Frame]:
+    """Return the left and the right image of a scene."""
+    left, right = (Frame(decode_image((folder / f"{side}.png").read_bytes()), side) for side in SIDES)
+    return left, right
+
+
 def find_scenes(root: Path) -> Iterator[Scene]:
     """Yield every scene with triads under ``root``, in the order of their folders."""
     for path in sorted(root.rglob("truth.json")):
@@ -75,7 +81,7 @@ def find_scenes(root: Path) -> Iterator[Scene]:
 
 
 def read_surgery(folder: Path) -> Surgery | None:
-    """Return what is true of the surgery whose stages lie in ``folder``, or None when it is no surgery."""
+    """Return the truth of the surgery whose stages lie in ``folder``; None if there is no surgery.json."""
     path = folder / "surgery.json"
     if not path.exists():
         return None
@@ -113,14 +119,14 @@ def _triad(entry: Mapping[str, Any]) -> TrueTriad:
             ball: {side: np.array(views[side]["center_px"]) for side in SIDES}
             for ball, views in balls.items()
         },
-        seen={
+        visible_in={
             side: frozenset(ball for ball, views in balls.items() if views[side]["visible"]) for side in SIDES
         },
     )
 
 
 def read_rig(folder: Path, truth: Mapping[str, Any]) -> Rig:
-    """Return the rig of a scene from its truth, or else from the rig.json beside the scene."""
+    """Return the rig of a scene from its truth, or else from the rig.json in the parent folder."""
     if "cameras" not in truth:
         return parse_rig((folder.parent / "rig.json").read_bytes())
     left, right = (_camera(truth["cameras"][side]) for side in SIDES)

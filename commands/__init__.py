@@ -1,7 +1,7 @@
-"""The command line: one file a command; the only room that may import every other."""
+"""The command line: one file per command; the only package that may import every other one."""
 
 import os
 
-# The matrices here are small: a second thread of the linear algebra library costs more than it brings, and the
-# library reads this once, when NumPy is first imported.
+# OpenBLAS reads this variable once, when NumPy is imported, so it must be set before that. The matrices here are small:
+# a second BLAS thread costs more than it saves.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

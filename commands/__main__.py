@@ -1,4 +1,4 @@
-"""``python -m commands``: the ``spinewatch`` command, also where its script is not on the path."""
+"""``python -m commands``: the ``spinewatch`` command where its script is not on the path."""
 
 from commands.main import app
 

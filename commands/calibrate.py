@@ -1,89 +1,97 @@
-"""``spinewatch calibrate``: from pictures of a control field, or from coordinates, to a rig file and a report."""
+"""``spinewatch calibrate``: a rig file and a report from images of a control field, or from image points."""
 
 from __future__ import annotations
 
 import json
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from commands.shared.files import write_text
 from spinewatch.errors import ParameterError
 
+if TYPE_CHECKING:
+    from spinewatch.calibration.solve.parameters import SolveParameters
 
-def calibrate(  # noqa: PLR0913, PLR0917 - one argument an option
+
+def calibrate(  # noqa: PLR0913, PLR0917 - one argument per option
     files: Annotated[
         list[Path],
         typer.Argument(
-            help="LEFT RIGHT of each shot: pictures; or one CSV of image points (id,x_mm,y_mm,z_mm,u_px,v_px) for"
-            " each camera: two make a rig, any other number cameras.",
+            help="LEFT RIGHT images of each shot; or one CSV file of image points (id,x_mm,y_mm,z_mm,u_px,v_px) per"
+            " camera: two files give a rig, any other number gives cameras.",
             metavar="LEFT RIGHT [LEFT RIGHT ...]",
         ),
     ],
     control_field: Annotated[
-        str | None, typer.Option(help="CSV id,x_mm,y_mm,z_mm, or a built-in name: pegboard-1995.")
+        str | None, typer.Option(help="CSV file id,x_mm,y_mm,z_mm, or the built-in pegboard-1995.")
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Write the rig JSON, or the cameras JSON, here.")] = None,
-    report: Annotated[Path | None, typer.Option(help="Write a report here, HTML.")] = None,
+    out: Annotated[Path | None, typer.Option(help="File to write the rig or cameras JSON to.")] = None,
+    report: Annotated[Path | None, typer.Option(help="File to write the HTML report to.")] = None,
     name: Annotated[str, typer.Option(help="Name of the rig.")] = "rig",
-    verify: Annotated[int, typer.Option(help="The last N shots only verify, they are not used.")] = 0,
+    verify: Annotated[int, typer.Option(help="Number of trailing shots held out for verification.")] = 0,
     pixel_size: Annotated[
-        str | None, typer.Option(help="Pixel width and height in mm: 0.01,0.00845. The cart's by default.")
+        str | None,
+        typer.Option(help="Pixel width and height, mm: 0.01,0.00845.", show_default="the cart's pixels"),
     ] = None,
-    image_size: Annotated[str | None, typer.Option(help="With coordinates: image size, 568x416.")] = None,
+    image_size: Annotated[
+        str | None, typer.Option(help="Image size, px: 568x416. Required with image points.")
+    ] = None,
     free: Annotated[
-        str | None, typer.Option(help="Interior parameters to adjust: f,x0,y0,K1. Chosen by default.")
+        str | None,
+        typer.Option(
+            help="Interior parameters to adjust: f,x0,y0,K1.", show_default="those that the points determine"
+        ),
     ] = None,
-    fix: Annotated[str | None, typer.Option(help="Parameters held at a value: x0=0,y0=0.")] = None,
-    estimate_aspect: Annotated[bool, typer.Option(help="Adjust the pixels' aspect too.")] = False,
+    fix: Annotated[str | None, typer.Option(help="Parameters held fixed: x0=0,y0=0.")] = None,
+    estimate_aspect: Annotated[
+        bool, typer.Option(help="Also adjust the aspect ratio of the pixels.")
+    ] = False,
 ) -> None:
-    """Calibrate both cameras from shots of a control field; prints everything found as JSON."""
-    from commands.shared.calibration import (  # noqa: PLC0415 - loads OpenCV and SciPy, which --help can do without
-        run_images,
-        run_points,
-        solve_options,
-    )
-    from commands.shared.progress import terminal_progress  # noqa: PLC0415
+    """Calibrate cameras with a control field; print the calibration and its quality as JSON."""
+    from commands.shared.calibration_options import parse_solve_options  # noqa: PLC0415 - loads SciPy
 
-    solve = solve_options(free, fix, estimate_aspect)
-    points = _are_points(files)
-    if points and len(files) != 2:
-        from commands.shared.cameras import run_cameras  # noqa: PLC0415
+    solve = parse_solve_options(free, fix, estimate_aspect)
+    if not all(path.suffix.lower() == ".csv" for path in files):
+        document = _from_images(files, control_field, solve, pixel_size, verify, name)
+    elif len(files) == 2:
+        from commands.shared.calibration import calibrate_points  # noqa: PLC0415 - loads OpenCV and SciPy
+
+        pair = (files[0], files[1])
+        document = calibrate_points(pair, solve, image_size, pixel_size, verify, name)
+    else:
+        from commands.shared.cameras import calibrate_camera_points  # noqa: PLC0415 - loads SciPy
 
         if verify:
-            raise ParameterError("--verify needs a stereo pair; give two CSV files, or leave the option out")
-        document = run_cameras(files, solve, image_size, pixel_size)
-        rig = {"cameras": document["cameras"]}
-    else:
-        pairs = _pairs(files, verify, points=points)
-        if points:
-            document = run_points(pairs, solve, image_size, pixel_size, verify, name)
-        else:
-            with terminal_progress() as progress:
-                document = run_images(pairs, control_field, solve, pixel_size, verify, name, progress)
-        rig = document["rig"]
+            raise ParameterError("--verify needs a stereo pair; give two CSV files, or omit the option")
+        document = calibrate_camera_points(files, solve, image_size, pixel_size)
     if out is not None:
-        write_text(out, json.dumps(rig, indent=2) + "\n")
+        cameras = document["rig"] if "rig" in document else {"cameras": document["cameras"]}
+        write_text(out, json.dumps(cameras, indent=2) + "\n")
     if report is not None:
-        from reports.calibration import calibration_report, cameras_report  # noqa: PLC0415
+        from reports.calibration import calibration_report  # noqa: PLC0415 - loads Jinja2
+        from reports.cameras import cameras_report  # noqa: PLC0415
 
-        page = cameras_report if "cameras" in rig else calibration_report
+        page = calibration_report if "rig" in document else cameras_report
         write_text(report, page(document))
     sys.stdout.write(json.dumps(document, indent=2) + "\n")
 
 
-def _pairs(files: list[Path], verify: int, *, points: bool) -> list[tuple[Path, Path]]:
+def _from_images(
+    files: list[Path],
+    control_field: str | None,
+    solve: SolveParameters,
+    pixel_size: str | None,
+    verify: int,
+    name: str,
+) -> dict[str, Any]:
     if len(files) % 2:
-        raise ParameterError(f"{len(files)} files were given; give LEFT and RIGHT of every shot")
+        raise ParameterError(f"{len(files)} image files were given; give LEFT and RIGHT of every shot")
+    from commands.shared.calibration import calibrate_images  # noqa: PLC0415 - loads OpenCV and SciPy
+    from commands.shared.terminal_progress import terminal_progress  # noqa: PLC0415
+
     pairs = list(zip(files[::2], files[1::2], strict=True))
-    if not 0 <= verify < len(pairs) and not points:
-        raise ParameterError(
-            f"--verify is {verify} of {len(pairs)} shots; leave at least one to calibrate with"
-        )
-    return pairs
-
-
-def _are_points(files: list[Path]) -> bool:
-    return all(path.suffix.lower() == ".csv" for path in files)
+    with terminal_progress() as progress:
+        return calibrate_images(pairs, control_field, solve, pixel_size, verify, name, progress)

@@ -1,24 +1,23 @@
-"""``spinewatch db``: the database's tables."""
+"""``spinewatch db``: maintenance of the database."""
 
 from __future__ import annotations
 
 import typer
 
-from commands.shared.configuration import load_settings
+from commands.shared.configuration import load_settings, migrate_database
 
 cli = typer.Typer(no_args_is_help=True)
 
 
 @cli.callback()
 def db() -> None:
-    """Look after the database."""
+    """Maintain the database."""
 
 
 @cli.command()
 def upgrade() -> None:
-    """Make the database, or bring its tables to this version; nothing is lost, and twice does no harm."""
-    from migrations.history import head  # noqa: PLC0415 - --help can do without
-    from migrations.history import upgrade as upgrade_record  # noqa: PLC0415
+    """Create the database, or migrate it to this version; safe to repeat."""
+    migrate_database(load_settings())
+    from migrations.history import head  # noqa: PLC0415 - loads SQLAlchemy, which --help does not need
 
-    upgrade_record(load_settings().database_url)
     typer.echo(f"the database is at revision {head()}")

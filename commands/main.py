@@ -1,4 +1,4 @@
-"""The ``spinewatch`` command: gathers the commands and turns named errors into one line and exit status 2."""
+"""The ``spinewatch`` command: registers the commands and reports named errors."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from spinewatch.errors import SpinewatchError
 
 cli = typer.Typer(
     name="spinewatch",
-    help="Measures the spine from stereo pairs of triad markers.",
+    help="Measure the spine from stereo pairs of triad markers.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
@@ -23,7 +23,7 @@ cli.command("worker")(worker.worker)
 cli.command("run")(run.run)
 cli.command("sample")(sample.sample)
 cli.command("simulate")(simulate.simulate)
-cli.command("plan")(plan.plan)
+cli.add_typer(plan.cli, name="plan")
 cli.add_typer(db.cli, name="db")
 cli.add_typer(templates.cli, name="templates")
 

@@ -1,4 +1,4 @@
-"""``spinewatch sample``: the sample surgery measured over HTTP as a capture cart would (``make run``)."""
+"""``spinewatch sample``: measure the sample surgery over HTTP, as a capture cart does (``make run``)."""
 
 from __future__ import annotations
 
@@ -15,37 +15,41 @@ SAMPLES = Path(__file__).parents[1] / "samples"
 
 
 class SampleMissingError(SpinewatchError):
-    """The sample surgery is not where it should be."""
+    """The sample surgery was not found."""
 
     code = "sample-missing"
 
 
 def sample(
     exit_after: Annotated[bool, typer.Option("--exit", help="Stop after the tables.")] = False,
-    url: Annotated[str | None, typer.Option(help="Use this running service instead of starting one.")] = None,
-    data_dir: Annotated[Path, typer.Option(help="Folder of the record, of a service started here.")] = Path(
-        "var"
-    ),
+    url: Annotated[
+        str | None, typer.Option(help="URL of a running service to use instead of starting one.")
+    ] = None,
+    data_dir: Annotated[
+        Path, typer.Option(help="Folder for the database of the service started here.")
+    ] = Path("var"),
     port: Annotated[
-        int, typer.Option(help="Port of a service started here; the next free one if taken.")
+        int, typer.Option(help="Port of the service started here; the next free one if it is in use.")
     ] = 8000,
-    samples: Annotated[Path, typer.Option(help="Folder that holds the sample surgery D1.")] = SAMPLES,
+    samples: Annotated[Path, typer.Option(help="Folder that contains the sample surgery D1.")] = SAMPLES,
 ) -> None:
-    """Measure the sample surgery PRE, INTER, POST over HTTP, print what moved, and keep serving."""
+    """Measure the stages PRE, INTER and POST of the sample surgery, print the results, and keep serving."""
     folder = samples / "D1"
     if not (folder / "surgery.json").exists():
         raise SampleMissingError(f"no sample surgery in {samples}; name its folder with --samples")
-    from commands.shared.api_client import ApiClient  # noqa: PLC0415 - HTTP and tables, which --help can do without
+    from commands.shared.api_client import ApiClient  # noqa: PLC0415 - loads httpx and rich, which --help does not need
     from commands.shared.local_service import LocalService  # noqa: PLC0415
     from commands.shared.sample_surgery import measure_surgery  # noqa: PLC0415
 
     if url is not None:
-        with ApiClient(url) as cart:
-            raise typer.Exit(0 if measure_surgery(cart, folder) else 1)
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))  # unwinds, so that the service is stopped too
+        with ApiClient(url) as client:
+            raise typer.Exit(0 if measure_surgery(client, folder) else 1)
+    signal.signal(
+        signal.SIGTERM, lambda *_: sys.exit(0)
+    )  # unwinds the stack, so that the service is stopped too
     with LocalService(data_dir, port) as service:
-        with ApiClient(service.url) as cart:
-            succeeded = measure_surgery(cart, folder)
+        with ApiClient(service.url) as client:
+            succeeded = measure_surgery(client, folder)
         if not exit_after:
             service.serve_until_interrupted()
     raise typer.Exit(0 if succeeded else 1)

@@ -7,18 +7,19 @@ from typing import Annotated
 
 import typer
 
-from commands.shared.configuration import load_settings, require_record, start_log
+from commands.shared.configuration import load_settings, require_database, require_queue, start_log
 
 
 def serve(
     host: Annotated[str | None, typer.Option(help="Address to listen on.")] = None,
     port: Annotated[int | None, typer.Option(help="Port to listen on.")] = None,
 ) -> None:
-    """Serve the HTTP API; it needs `spinewatch worker` beside it to get anything measured."""
+    """Serve the HTTP API; jobs run only while a `spinewatch worker` runs too."""
     settings = load_settings(host=host, port=port)
-    require_record(settings)
+    require_database(settings)
+    require_queue(settings)
     start_log(settings)
-    import uvicorn  # noqa: PLC0415 - --help and a refusal can do without
+    import uvicorn  # noqa: PLC0415 - neither --help nor a failed check needs it
 
     from service.app import create_app  # noqa: PLC0415
 
@@ -33,7 +34,7 @@ def serve(
             timeout_graceful_shutdown=3,
         )
     )
-    with suppress(KeyboardInterrupt):  # it has shut down in good order by then
+    with suppress(KeyboardInterrupt):  # raised again after a graceful shutdown
         server.run()
     if not server.started:
         raise typer.Exit(1)

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from datetime import timedelta
-from functools import partial
-
 import typer
 
-from commands.shared.configuration import load_settings, require_record, start_log
+from commands.shared.configuration import load_settings, require_database, start_log
 
 
 def worker() -> None:
-    """Measure submitted stages and calibrate, one job at a time; start as many as there are cores to spare."""
+    """Run queued jobs, one at a time; start about one worker per CPU core."""
     settings = load_settings()
-    require_record(settings)
+    require_database(settings)
     start_log(settings)
-    from workers.carry_out import carry_out  # noqa: PLC0415 - loads OpenCV and SciPy
-    from workers.process import run  # noqa: PLC0415
+    from workers.process import run  # noqa: PLC0415 - loads OpenCV and SciPy
+    from workers.registry import discover  # noqa: PLC0415
 
-    max_age = timedelta(days=settings.calibration_max_age_days)
-    raise typer.Exit(run(settings, partial(carry_out, max_calibration_age=max_age)))
+    raise typer.Exit(run(settings, discover(settings)))

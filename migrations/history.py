@@ -15,23 +15,23 @@ from store.errors import DatabaseNotReadyError
 
 
 def upgrade(url: str) -> None:
-    """Bring a database to the newest revision, all steps or none; an SQLite file and its folder are made.
+    """Bring a database to the newest revision, all steps or none; an SQLite file and its folder are created.
 
     Raises ``DatabaseNotReadyError`` when the database knows a revision that this version does not.
     """
     path = sqlite_path(url)
     if path is not None:
         path.parent.mkdir(parents=True, exist_ok=True)
-    record = Database(url)
+    database = Database(url)
     try:
-        with record.writing() as session:
+        with database.write() as session:
             command.upgrade(config(session.connection()), "head")
     except CommandError as error:
         raise DatabaseNotReadyError(
             "the database was made by another version of Spinewatch; use that version or restore a backup"
         ) from error
     finally:
-        record.close()
+        database.close()
 
 
 def head() -> str:

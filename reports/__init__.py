@@ -1,1 +1,1 @@
-"""Reports for people, one file a report."""
+"""Reports to read and print, one module and one template per report."""

@@ -1,1 +1,1 @@
-"""The HTTP API: routes, schemas and problems; it stores uploads and shows results, and never measures."""
+"""The HTTP API: it stores uploads, submits jobs and shows results, and never measures."""

@@ -1,4 +1,4 @@
-"""The application: routes, middleware and what they share, made from settings."""
+"""The application: routes, middleware, and the resources that they share."""
 
 from __future__ import annotations
 
@@ -11,33 +11,34 @@ from fastapi.responses import RedirectResponse
 from fastapi.routing import APIRoute
 from fastapi_offline import FastAPIOffline
 
-from service import problems
+from service import openapi, problems
 from service.forms.calibration import MAX_SHOTS
 from service.middleware.body_limit import BodyLimit
 from service.middleware.head import Head
 from service.middleware.request_log import RequestLog
-from service.openapi import describe
 from service.routes import calibration_checks, calibrations, health, jobs, motion, stages, surgeries
 from settings import Settings
 from store.database import Database
 from store.queue import JobQueue
 
+_ROUTES = (calibrations, calibration_checks, surgeries, stages, motion, jobs, health)
+_FORM_LIMITS = {"max_files": 2 * MAX_SHOTS + 8, "max_fields": 16}
 _DESCRIPTION = """\
-Stereo pairs of triad markers in, labelled triads and the motion of the spine out. Lengths are in mm, angles
-in degrees, times in UTC; pixels count u to the right and v down, with whole numbers at pixel centres. Errors
-are application/problem+json. Spinewatch is not a medical device."""
+Measures stereo pairs of triad markers: labelled triads, and the motion of the vertebrae between stages. Lengths are in
+mm, angles in degrees, times in UTC. Pixel coordinates are u to the right and v down; an integer is the centre of a
+pixel. Errors are application/problem+json. Spinewatch is not a medical device."""
 
 
 def create_app(settings: Settings) -> FastAPI:
-    """Return the application; its database is opened when it starts and closed when it ends."""
+    """Return the application; it opens its database and queue at startup and closes them at shutdown."""
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        app.state.record = Database(settings.database_url)
-        app.state.bell = JobQueue(settings.queue_file)
+        app.state.database = Database(settings.database_url)
+        app.state.queue = JobQueue(settings.queue)
         yield
-        app.state.bell.close()
-        app.state.record.close()
+        app.state.queue.close()
+        app.state.database.close()
 
     app = FastAPIOffline(
         docs_url="/docs",
@@ -48,16 +49,16 @@ def create_app(settings: Settings) -> FastAPI:
         description=_DESCRIPTION,
         lifespan=lifespan,
         generate_unique_id_function=_operation_id,
-        form_limits={"max_files": 2 * MAX_SHOTS + 8, "max_fields": 16},
+        form_limits=_FORM_LIMITS,
     )
-    for room in (calibrations, calibration_checks, surgeries, stages, motion, jobs, health):
-        app.include_router(room.router)
-    app.add_api_route("/", _to_docs, include_in_schema=False)
+    for resource in _ROUTES:
+        app.include_router(resource.router)
+    app.add_api_route("/", _redirect_to_docs, include_in_schema=False)
     problems.install(app)
+    openapi.install(app)
     app.add_middleware(Head)
     app.add_middleware(BodyLimit, max_bytes=settings.max_upload_bytes)
-    app.add_middleware(RequestLog)
-    describe(app)
+    app.add_middleware(RequestLog)  # the last one added is the outermost
     return app
 
 
@@ -65,5 +66,5 @@ def _operation_id(route: APIRoute) -> str:
     return route.name
 
 
-async def _to_docs() -> RedirectResponse:
+async def _redirect_to_docs() -> RedirectResponse:
     return RedirectResponse("/docs")

@@ -1,4 +1,4 @@
-"""What routes ask for: the record, the bell, a body of the right kind, and how they accept work."""
+"""Dependencies of the routes: database, queue, actor, media type of the body; and OpenAPI responses they share."""
 
 from __future__ import annotations
 
@@ -7,60 +7,68 @@ from typing import Annotated, Any
 import structlog
 from fastapi import Depends, HTTPException, Request
 
-from contract.base import Problem
+from contract.event import Actor, ActorKind
+from contract.problem import Problem
 from service.problems import STATUS_NAMES
 from store.database import Database
 from store.queue import JobQueue
 
+_MAX_NAME_LENGTH = 128
 _log = structlog.get_logger("service")
 
 
-def _record(request: Request) -> Database:
-    record: Database = request.app.state.record
-    return record
+def _database(request: Request) -> Database:
+    database: Database = request.app.state.database
+    return database
 
 
-def _bell(request: Request) -> JobQueue:
-    bell: JobQueue = request.app.state.bell
-    return bell
+def _queue(request: Request) -> JobQueue:
+    queue: JobQueue = request.app.state.queue
+    return queue
 
 
-TheDatabase = Annotated[Database, Depends(_record)]
-TheQueue = Annotated[JobQueue, Depends(_bell)]
+def _actor(request: Request) -> Actor:
+    name = "unknown" if request.client is None else request.client.host
+    return Actor(kind=ActorKind.HTTP, name=name[:_MAX_NAME_LENGTH])
+
+
+DatabaseDep = Annotated[Database, Depends(_database)]
+QueueDep = Annotated[JobQueue, Depends(_queue)]
+ActorDep = Annotated[Actor, Depends(_actor)]
 
 
 def json_body(request: Request) -> None:
-    """Refuse a body that does not say that it is JSON."""
-    _require(request, "application/json")
+    """Require a body of media type application/json."""
+    _require_media_type(request, "application/json")
 
 
 def multipart_body(request: Request) -> None:
-    """Refuse a body that does not say that it is a multipart form."""
-    _require(request, "multipart/form-data")
+    """Require a body of media type multipart/form-data."""
+    _require_media_type(request, "multipart/form-data")
 
 
-def _require(request: Request, media_type: str) -> None:
-    given = request.headers.get("content-type", "").partition(";")[0].strip().lower()
-    if given != media_type:
-        raise HTTPException(415, f"send this request as {media_type}", {"Accept": media_type})
+def _require_media_type(request: Request, required: str) -> None:
+    media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    if media_type != required:
+        raise HTTPException(415, f"send this request as {required}", {"Accept": required})
+
+
+def enqueue(queue: JobQueue, job_id: str) -> None:
+    """Enqueue a stored job; after a failure the workers' sweep enqueues it."""
+    try:
+        queue.enqueue(job_id)
+    except Exception:
+        _log.warning("job_not_enqueued", job_id=job_id, exc_info=True)
 
 
 ACCEPTED: dict[int | str, dict[str, Any]] = {
-    202: {"headers": {"Location": {"description": "The job.", "schema": {"type": "string"}}}}
+    202: {"headers": {"Location": {"description": "Path of the job.", "schema": {"type": "string"}}}}
 }
-"""The OpenAPI response of a route whose work a job does."""
-
-
-def ring(bell: JobQueue, job_id: str) -> None:
-    """Tell the workers that a job waits; one that they are not told of they find."""
-    try:
-        bell.ring(job_id)
-    except Exception:  # the job is stored, and the workers' sweep rings again
-        _log.warning("bell_not_rung", job_id=job_id, exc_info=True)
+"""OpenAPI response of a route that submits a job."""
 
 
 def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """Return the OpenAPI responses of a route with these problems; any route may answer 500 and 503."""
+    """Return the OpenAPI responses of a route with these problems, besides 500 and 503, which any route has."""
     return {
         status: {"model": Problem, "description": STATUS_NAMES[status].replace("-", " ").capitalize()}
         for status in (*statuses, 500, 503)

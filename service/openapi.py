@@ -1,4 +1,4 @@
-"""The contract: ``python -m service.openapi`` writes openapi/openapi.json, ``--check`` compares it."""
+"""The OpenAPI document: ``python -m service.openapi`` writes openapi/openapi.json, ``--check`` compares it."""
 
 from __future__ import annotations
 
@@ -18,32 +18,30 @@ _FIRST_ERROR = 400
 _FRAMEWORK_ERROR = {"$ref": "#/components/schemas/HTTPValidationError"}
 
 
-def describe(app: FastAPI) -> None:
-    """Let an application's OpenAPI document say that problems are application/problem+json."""
-    original = app.openapi
+def install(app: FastAPI) -> None:
+    """Declare application/problem+json for all problems in the OpenAPI document of an application."""
+    generate = app.openapi
 
     def openapi() -> dict[str, Any]:
         if app.openapi_schema is None:
-            _name_problems(original())
-        return original()
+            _declare_problems(generate())
+        return generate()
 
     app.openapi = openapi  # type: ignore[method-assign]
 
 
 def text(app: FastAPI) -> str:
-    """Return the contract of an application as it is committed."""
+    """Return the OpenAPI document of an application as it is committed."""
     return json.dumps(app.openapi(), indent=2, sort_keys=True, ensure_ascii=False) + "\n"
 
 
-def _name_problems(document: dict[str, Any]) -> None:
+def _declare_problems(document: dict[str, Any]) -> None:
     for operation in (operation for path in document["paths"].values() for operation in path.values()):
         responses = operation["responses"]
         for status in [status for status in responses if int(status) >= _FIRST_ERROR]:
             (content,) = responses[status]["content"].values()
             schema = content["schema"]
-            if (
-                schema == _FRAMEWORK_ERROR
-            ):  # added to any route with a parameter, also where none can be wrong
+            if schema == _FRAMEWORK_ERROR:  # FastAPI adds it to every route with a parameter, valid or not
                 del responses[status]
             else:
                 responses[status]["content"] = {MEDIA_TYPE: {"schema": schema}}
@@ -52,12 +50,12 @@ def _name_problems(document: dict[str, Any]) -> None:
 
 
 def main() -> int:
-    """Write or check the committed contract; return the exit status."""
-    from service.app import create_app  # noqa: PLC0415 - app.py imports this module
+    """Write or check the committed document; return the exit status."""
+    from service.app import create_app  # noqa: PLC0415 - service.app imports this module
     from settings import Settings  # noqa: PLC0415
 
     parser = argparse.ArgumentParser(description="Write openapi/openapi.json, or check that it is current.")
-    parser.add_argument("--check", action="store_true", help="compare only; exit status 1 when it differs")
+    parser.add_argument("--check", action="store_true", help="compare only; exit status 1 if they differ")
     current = text(create_app(Settings()))
     if not parser.parse_args().check:
         CONTRACT.parent.mkdir(exist_ok=True)

@@ -1,4 +1,4 @@
-"""Errors as application/problem+json (RFC 9457): each has a stable code, none the input that caused it."""
+"""Errors as application/problem+json (RFC 9457): each has a stable code; none repeats the input."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from sqlalchemy.exc import OperationalError
 from starlette.exceptions import HTTPException
 from starlette.routing import compile_path
 
-from contract.base import FieldError, Problem
+from contract.problem import FieldError, Problem
 from spinewatch.errors import RigError, SpinewatchError
 from store.errors import ConflictError, DatabaseNotReadyError, NotFoundError
 
@@ -38,14 +38,14 @@ STATUS_NAMES = {
     500: "internal-error",
     503: "service-unavailable",
 }
-"""The codes of problems without one of their own; Python's names for some changed from version to version."""
+"""Codes of problems without their own; ``http.HTTPStatus`` has other names in other versions of Python."""
 
-_PLAIN_KEY = re.compile(r"[\w.-]{1,64}", re.ASCII)
+_SAFE_KEY = re.compile(r"[\w.-]{1,64}", re.ASCII)
 _log = structlog.get_logger("service")
 
 
 class InvalidInputError(SpinewatchError):
-    """A named part of the request cannot be used; ``field`` says which, ``index`` which of that name."""
+    """A part of a form cannot be used: the file number ``index`` of the field, or the field itself."""
 
     def __init__(self, field: str, error: SpinewatchError, index: int | None = None) -> None:
         super().__init__(f"{field if index is None else f'{field} {index + 1}'}: {error}")
@@ -56,7 +56,7 @@ class InvalidInputError(SpinewatchError):
 def problem(
     status: int, detail: str, code: str | None = None, errors: Sequence[FieldError] | None = None
 ) -> Problem:
-    """Return a problem; without a ``code`` it is named after its status."""
+    """Return a problem; the default ``code`` is that of the status."""
     name = code or STATUS_NAMES.get(status, f"http-{status}")
     return Problem(
         type=_TYPE + name,
@@ -70,7 +70,7 @@ def problem(
 def problem_response(
     scope: Mapping[str, Any], problem: Problem, headers: Mapping[str, str] | None = None
 ) -> Response:
-    """Return the response that carries a problem; ``instance`` names the request."""
+    """Return the response with a problem; ``instance`` is the identifier of the request."""
     request_id = scope.get("state", {}).get("request_id")
     if request_id:
         problem = problem.model_copy(update={"instance": f"urn:spinewatch:request:{request_id}"})
@@ -79,7 +79,7 @@ def problem_response(
 
 
 def install(app: FastAPI) -> None:
-    """Let every error that leaves a route be a problem."""
+    """Answer every error raised by a route with a problem."""
     app.add_exception_handler(HTTPException, _handler(_http_problem))
     app.add_exception_handler(RequestValidationError, _handler(_validation_problem))
     app.add_exception_handler(SpinewatchError, _handler(_named_problem))
@@ -92,14 +92,14 @@ def _handler(
     async def handle(request: Request, error: Exception) -> Response:
         made, headers = make(error)
         if made.status == HTTPStatus.METHOD_NOT_ALLOWED:
-            headers = {"Allow": ", ".join(_methods(request))}
+            headers = {"Allow": ", ".join(_allowed_methods(request))}
         return problem_response(request.scope, made, headers)
 
     return handle
 
 
-def _methods(request: Request) -> list[str]:
-    """Return what a path takes: the error names the methods of the first route there, not of them all."""
+def _allowed_methods(request: Request) -> list[str]:
+    """Return the methods of all routes at a path; the error itself has only those of the first."""
     paths = request.app.openapi()["paths"]
     matching = (path for path in paths if compile_path(path)[0].match(request.url.path))
     methods = {method.upper() for path in matching for method in paths[path]} or {"GET"}
@@ -108,8 +108,8 @@ def _methods(request: Request) -> list[str]:
 
 def _http_problem(error: HTTPException) -> tuple[Problem, Mapping[str, str] | None]:
     detail = {
-        404: "nothing is served at this path; see /docs",
-        405: "this path does not take this method; see the Allow header",
+        404: "there is no such path; see /docs",
+        405: "this path does not support this method; see the Allow header",
     }.get(error.status_code, str(error.detail))
     return problem(error.status_code, detail), error.headers
 
@@ -119,7 +119,7 @@ def _validation_problem(error: RequestValidationError) -> tuple[Problem, None]:
         FieldError(loc=[_safe(part) for part in entry["loc"]], msg=entry["msg"], type=entry["type"])
         for entry in error.errors()
     ]
-    return problem(422, "the request does not fit its schema; see errors", "invalid-request", errors), None
+    return problem(422, "the request does not match its schema; see errors", "invalid-request", errors), None
 
 
 def _named_problem(error: SpinewatchError) -> tuple[Problem, None]:
@@ -133,11 +133,12 @@ def _named_problem(error: SpinewatchError) -> tuple[Problem, None]:
 
 
 def _database_problem(error: OperationalError) -> tuple[Problem, Mapping[str, str]]:
-    _log.error("record_unavailable", error=str(error.orig))
-    return problem(503, "the record cannot be used now; try again", "record-unavailable"), {
+    _log.error("database_unavailable", error=str(error.orig))
+    return problem(503, "the database is not available; try again", "database-unavailable"), {
         "Retry-After": "1"
     }
 
 
 def _safe(part: str | int) -> str | int:
-    return part if isinstance(part, int) or _PLAIN_KEY.fullmatch(part) else "(unprintable)"
+    """Return a part of a location; a key that a client made up may be anything, and is not repeated."""
+    return part if isinstance(part, int) or _SAFE_KEY.fullmatch(part) else "(unprintable)"

@@ -14,12 +14,36 @@ from numpy.typing import NDArray
 
 from spinewatch.errors import SpinewatchError
 
-_ABOUT = "about"
+_DESCRIPTION = "about"
+"""Name of the array that holds the description in files."""
 
 
-def write_arrays(about: Any, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-    """Return the bytes of a file of named arrays and what they are about."""
-    everything: dict[str, Any] = {_ABOUT: np.frombuffer(json.dumps(about).encode(), np.uint8), **arrays}
+def write_arrays(description: Any, arrays: Mapping[str, NDArray[Any]]) -> bytes:
+    """Return arrays with a description as the contents of a file.
+
+    Parameters
+    ----------
+    description
+        Value that JSON can represent.
+    arrays
+        Arrays by name; "about" is reserved.
+
+    Returns
+    -------
+    bytes
+        Contents of a compressed npz file.
+
+    Examples
+    --------
+    >>> data = write_arrays({"version": "1"}, {"mask": np.ones((2, 2))})
+    >>> with reading_arrays(data, SpinewatchError("no such file")) as (description, arrays):
+    ...     description["version"], float(arrays["mask"].sum())
+    ('1', 4.0)
+    """
+    everything: dict[str, Any] = {
+        _DESCRIPTION: np.frombuffer(json.dumps(description).encode(), np.uint8),
+        **arrays,
+    }
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **everything)
     return buffer.getvalue()
@@ -27,9 +51,24 @@ def write_arrays(about: Any, arrays: Mapping[str, NDArray[Any]]) -> bytes:
 
 @contextmanager
 def reading_arrays(data: bytes, error: SpinewatchError) -> Iterator[tuple[Any, Mapping[str, NDArray[Any]]]]:
-    """Give what a file is about and its arrays; raise ``error`` when they, or what is sought in them, are not there."""
+    """Open the contents of a file of arrays.
+
+    Parameters
+    ----------
+    data
+        Contents of the file.
+    error
+        Raised when the file, or what the caller looks up in it within the context, is missing or malformed.
+
+    Yields
+    ------
+    description : Any
+        Description of the arrays.
+    arrays : Mapping of str to NDArray
+        Arrays by name, read when they are looked up.
+    """
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as file:
-            yield json.loads(file[_ABOUT].tobytes()), file
+            yield json.loads(file[_DESCRIPTION].tobytes()), file
     except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as cause:
         raise error from cause

@@ -51,7 +51,6 @@ class Camera:
         (W, H), px.
     pixel_size_mm
         (px, py), width and height of a pixel on the plate, mm.
-
     """
 
     position_mm: tuple[float, float, float]
@@ -90,7 +89,6 @@ class Camera:
         -------
         Float
             (x, y), shape (..., 2), plate, mm.
-
         """
         uv = np.asarray(pixels, dtype=np.float64)
         (w, h), (px, py) = self.image_size_px, self.pixel_size_mm
@@ -108,7 +106,6 @@ class Camera:
         -------
         Float
             (u, v), shape (..., 2), px.
-
         """
         xy = np.asarray(plate, dtype=np.float64)
         (w, h), (px, py) = self.image_size_px, self.pixel_size_mm
@@ -131,7 +128,6 @@ class Camera:
         ----------
         Thesis eq. 3.4. There r is measured from the origin of the plate, here from the principal point, which is
         how a lens distorts; they differ by up to half a pixel.
-
         """
         d = np.asarray(plate, dtype=np.float64) - self.principal_point_mm
         return _correct(d, self.radial, self.decentering)
@@ -148,7 +144,6 @@ class Camera:
         -------
         Float
             d(ideal)/d(pixel), shape (..., 2, 2), mm per px.
-
         """
         d = self.plate(pixels) - self.principal_point_mm
         px, py = self.pixel_size_mm
@@ -169,7 +164,6 @@ class Camera:
         Float
             Measured points, shape (..., 2), plate, mm; NaN beyond the fold of the distortion model, where a point
             has no image.
-
         """
         target = np.asarray(ideal, dtype=np.float64)
         d = target.copy() if near is None else np.asarray(near, dtype=np.float64) - self.principal_point_mm
@@ -198,7 +192,6 @@ class Camera:
         -------
         Float
             (u, v), shape (..., 2), px; NaN for points that are not in front of the camera.
-
         """
         X = np.asarray(points_mm, dtype=np.float64)
         in_front = self.pinhole.in_front(X)
@@ -217,7 +210,6 @@ class Camera:
         -------
         Float
             d(pixel)/d(point), shape (..., 2, 3), px per mm.
-
         """
         ideal, J = self.pinhole.project(np.asarray(points_mm, dtype=np.float64))
         measured = self.distort(ideal) - self.principal_point_mm
@@ -237,7 +229,6 @@ class Camera:
         -------
         Float
             Unit vectors away from the camera, shape (..., 3), object axes.
-
         """
         d = self.pinhole.rays(self.undistort(self.plate(pixels)))
         return np.asarray(d / np.linalg.norm(d, axis=-1, keepdims=True))
@@ -258,7 +249,6 @@ class Camera:
         -------
         Rays
             n rays.
-
         """
         ideal = self.undistort(self.plate(pixels))
         J = self.undistortion_jacobian(pixels)
@@ -280,7 +270,6 @@ class Camera:
         -------
         Camera
             The same camera in its new position.
-
         """
         centre = self.centre + self.M.T @ shift_mm
         return replace(
@@ -301,7 +290,6 @@ class Camera:
         -------
         float
             Distance from the perspective centre along the axis, mm, positive in front of the camera.
-
         """
         return float(-self.M[2] @ (np.asarray(point_mm, dtype=np.float64) - self.centre))
 
@@ -319,7 +307,6 @@ class Camera:
         -------
         tuple of float
             Width and height, px.
-
         """
         on_plate = diameter_mm * self.focal_length_mm / range_mm
         px, py = self.pixel_size_mm
@@ -336,7 +323,6 @@ class Rig:
         Name of the rig.
     left, right
         The cameras.
-
     """
 
     name: str

@@ -4,16 +4,22 @@ from __future__ import annotations
 
 
 class SpinewatchError(Exception):
-    """Base of every error that a caller may show to a person as it stands.
-
-    ``code`` is a stable, machine-readable name of the kind of error.
-    """
+    """Base of every error whose message may be shown to a person as it is."""
 
     code = "spinewatch-error"
+    """Stable name of the kind of error, for machines."""
 
 
 class RigError(SpinewatchError):
-    """A rig description is incomplete, not finite or impossible; ``field`` names the offending entry."""
+    """A rig description is incomplete, not finite or impossible.
+
+    Parameters
+    ----------
+    field
+        Path of the offending entry, for example ``left.focal_length_mm``.
+    problem
+        What is wrong with it and what to do.
+    """
 
     code = "invalid-rig"
 
@@ -36,7 +42,7 @@ class ImageSizeError(ImageError):
 
 
 class SameImageError(ImageError):
-    """Left and right are the same picture, so that there is no parallax to measure."""
+    """Left and right are the same image, so that there is no parallax to measure."""
 
     code = "same-image-twice"
 
@@ -47,7 +53,7 @@ class ParameterError(SpinewatchError):
     code = "invalid-parameter"
 
 
-class BallNetError(SpinewatchError):
-    """A ball network cannot be read."""
+class NetworkFileError(SpinewatchError):
+    """A file of detection networks cannot be read."""
 
-    code = "invalid-ball-net"
+    code = "invalid-network-file"

@@ -1,4 +1,4 @@
-"""Markers as data: balls in a frame of their own, and the distances between them."""
+"""Markers as data: balls in the marker's own frame, and the distances between them."""
 
 from __future__ import annotations
 
@@ -8,22 +8,44 @@ from functools import cached_property
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from spinewatch.arrays import Float
+from spinewatch.arrays import Bool, Float, Int
 from spinewatch.errors import ParameterError
 
 _FLAT_VOLUME_MM3 = 1.0
-_LEAST_DIFFERENCE_MM = 1.0
+"""Four balls whose determinant is smaller than this lie in a plane."""
+
+_MIN_EXTENT_MM = 1.0
+"""Three balls whose second principal extent is smaller than this lie on a line."""
+
+_MIN_DISTANCE_DIFFERENCE_MM = 1.0
+"""Distances of a marker of three balls must differ by this much to identify the balls."""
 
 
 @dataclass(frozen=True, eq=False)
 class TriadModel:
-    """A marker of three or four balls in its own frame: origin P, z the direction that faces the cameras.
+    """A marker of three or four balls in its own frame: origin P, z towards the cameras.
 
-    ``balls`` names the rows of ``coordinates_mm`` (n, 3); ``ball_diameter_mm`` is the same for all. Raises
-    ``ParameterError`` for another number of balls, for balls on a line, and for a marker that looks the same
-    after a change of balls: two of its distances, for three balls, or its whole distance matrix.
+    Attributes
+    ----------
+    name
+        Name of the marker.
+    balls
+        Names of the n balls, in the order of the coordinates.
+    coordinates_mm
+        Centres of the balls, shape (n, 3), marker frame, mm.
+    ball_diameter_mm
+        Diameter of every ball, mm.
+
+    Raises
+    ------
+    ParameterError
+        If there are not three or four balls, if they lie on one line, or if two distances between three balls are
+        equal.
+
+    References
+    ----------
+    Thesis fig. 5.6 and Table 5.3. Markers of four balls are not in the thesis.
     """
 
     name: str
@@ -35,40 +57,63 @@ class TriadModel:
         n = len(self.balls)
         if n not in (3, 4) or self.coordinates_mm.shape != (n, 3) or len(set(self.balls)) != n:
             raise ParameterError(
-                f"marker {self.name!r} must have three or four named balls with three numbers"
+                f"marker {self.name!r} does not have three or four balls with different names and three coordinates"
+                " each; correct its definition"
             )
-        if np.linalg.svd(self.coordinates_mm - self.coordinates_mm.mean(axis=0))[1][1] < 1.0:
+        if np.linalg.svd(self.coordinates_mm - self.coordinates_mm.mean(axis=0))[1][1] < _MIN_EXTENT_MM:
             raise ParameterError(f"the balls of marker {self.name!r} lie on a line; move one aside")
-        if n == 3 and np.diff(np.sort(self.distances_mm)).min() < _LEAST_DIFFERENCE_MM:
+        if n == 3 and np.diff(np.sort(self.distances_mm)).min() < _MIN_DISTANCE_DIFFERENCE_MM:
             raise ParameterError(
-                f"two distances of marker {self.name!r} are equal, so that its balls cannot be told apart; "
-                "make all three different"
+                f"two distances of marker {self.name!r} are equal, so that its balls cannot be identified; make all"
+                " three different"
             )
 
     @cached_property
-    def pairs(self) -> NDArray[np.intp]:
-        """The ball pairs (d, 2) that ``distances_mm`` lists: 0-1, 0-2, 1-2 for three balls."""
+    def pairs(self) -> Int:
+        """Ball pairs of `distances_mm`, shape (d, 2): 0-1, 0-2, 1-2 for three balls."""
         return np.array(list(combinations(range(len(self.balls)), 2)), dtype=np.intp)
 
     @cached_property
     def distances_mm(self) -> Float:
-        """Distances (d,) of the ball ``pairs``, mm: the reference distance matrix (Table 5.3)."""
+        """Distances between the balls of each pair, shape (d,), mm: the reference distance matrix (Table 5.3)."""
         a, b = self.coordinates_mm[self.pairs.T]
         return np.asarray(np.linalg.norm(a - b, axis=1))
 
     @cached_property
     def chirality(self) -> int:
-        """Sign of the volume that four balls span; 0 for a flat marker, which its mirror image equals."""
-        return int(_signs(self.coordinates_mm))
+        """Sign of the volume spanned by four balls; 0 for balls in a plane, which equal their mirror image."""
+        return int(_volume_signs(self.coordinates_mm))
 
-    def same_hand(self, balls_mm: Float) -> NDArray[np.bool_]:
-        """Return (...,) whether measured balls (..., n, 3) are not the mirror image of four that span a volume."""
+    def matches_chirality(self, balls_mm: Float) -> Bool:
+        """Return whether measured balls are not the mirror image of the marker.
+
+        Parameters
+        ----------
+        balls_mm
+            Balls in the order of the model, shape (..., n, 3), mm.
+
+        Returns
+        -------
+        Bool
+            False for the mirror image of four balls that span a volume, otherwise true, shape (...).
+        """
         if not self.chirality:
             return np.ones(balls_mm.shape[:-2], dtype=bool)
-        return np.asarray(_signs(balls_mm) == self.chirality)
+        return np.asarray(_volume_signs(balls_mm) == self.chirality)
 
     def without(self, ball: int) -> TriadModel | None:
-        """Return the marker of four balls without one, in the same frame; None if three cannot be told apart."""
+        """Return the marker of three balls that remains of a marker of four.
+
+        Parameters
+        ----------
+        ball
+            Index of the ball to leave out.
+
+        Returns
+        -------
+        TriadModel or None
+            The other balls in the same frame; None if their distances do not identify them.
+        """
         kept = [k for k in range(len(self.balls)) if k != ball]
         try:
             return TriadModel(
@@ -84,7 +129,29 @@ class TriadModel:
 def flat_triad(
     xx_mm: float = 18.0, yy_mm: float = 14.0, mx_mm: float = 10.0, ball_diameter_mm: float = 8.0
 ) -> TriadModel:
-    """Return the flat marker of fig. 5.6 with legs of other lengths: XX, P and MX in line, YY beside them."""
+    """Return a flat marker: XX, P and MX on a line, YY beside it.
+
+    Parameters
+    ----------
+    xx_mm, yy_mm, mx_mm
+        Lengths of the legs from P to the balls, mm.
+    ball_diameter_mm
+        Diameter of the balls, mm.
+
+    Returns
+    -------
+    TriadModel
+        Marker with the balls XX, YY and MX.
+
+    References
+    ----------
+    Thesis fig. 5.6.
+
+    Examples
+    --------
+    >>> flat_triad().distances_mm.round(1)
+    array([22.8, 28. , 17.2])
+    """
     return TriadModel(
         name=f"flat-{mx_mm:g}-{yy_mm:g}-{xx_mm:g}",
         balls=("XX", "YY", "MX"),
@@ -94,10 +161,26 @@ def flat_triad(
 
 
 def orthogonal_triad(xx_mm: float, yy_mm: float, zz_mm: float, ball_diameter_mm: float = 8.0) -> TriadModel:
-    """Return the early marker of fig. 4.1: balls at the ends of three legs at right angles that meet in P.
+    """Return a marker with balls at the ends of three perpendicular legs that meet in P.
 
-    Its legs' lengths are not printed in the thesis. The frame has its origin in P, z along the normal of the
-    plane of the balls, which is taken to face the cameras, and x parallel to the line from ZZ to XX.
+    The origin is P, z is the normal of the plane of the balls on the side away from P, x is parallel to the line from
+    ZZ to XX.
+
+    Parameters
+    ----------
+    xx_mm, yy_mm, zz_mm
+        Lengths of the legs, mm.
+    ball_diameter_mm
+        Diameter of the balls, mm.
+
+    Returns
+    -------
+    TriadModel
+        Marker with the balls XX, YY and ZZ.
+
+    References
+    ----------
+    Thesis fig. 4.1, which does not give the lengths of the legs.
     """
     legs = np.diag([float(xx_mm), yy_mm, zz_mm])
     x, across = legs[0] - legs[2], legs[0] - legs[1]
@@ -114,20 +197,62 @@ def orthogonal_triad(xx_mm: float, yy_mm: float, zz_mm: float, ball_diameter_mm:
 
 
 def scaled(model: TriadModel, factor: float) -> TriadModel:
-    """Return the marker with every distance, but not its balls, multiplied."""
+    """Return a marker with its distances multiplied by a factor.
+
+    Parameters
+    ----------
+    model
+        Marker to scale.
+    factor
+        Ratio of the new distances to the old ones.
+
+    Returns
+    -------
+    TriadModel
+        The scaled marker; its balls keep their diameter.
+    """
     return TriadModel(
         f"{model.name}x{factor:g}", model.balls, model.coordinates_mm * factor, model.ball_diameter_mm
     )
 
 
 FLAT_10_14_18 = flat_triad()
-"""The flat marker of fig. 5.6; its legs give the distances that Table 5.3 rounds to 22.8, 28.0, 17.2 mm."""
+"""The flat marker of fig. 5.6; Table 5.3 rounds its distances to 22.8, 28.0 and 17.2 mm."""
 
 MODELS: Mapping[str, TriadModel] = {FLAT_10_14_18.name: FLAT_10_14_18}
-"""Markers that are known by name."""
+"""Markers by name."""
 
 
-def _signs(balls_mm: Float) -> Float:
+def marker(name: str) -> TriadModel:
+    """Return a known marker by its name.
+
+    Parameters
+    ----------
+    name
+        A key of `MODELS`.
+
+    Returns
+    -------
+    TriadModel
+        The marker.
+
+    Raises
+    ------
+    ParameterError
+        If no marker has this name.
+
+    Examples
+    --------
+    >>> marker("flat-10-14-18").balls
+    ('XX', 'YY', 'MX')
+    """
+    if name not in MODELS:
+        raise ParameterError(f"marker {name!r} is not known; use one of: {', '.join(sorted(MODELS))}")
+    return MODELS[name]
+
+
+def _volume_signs(balls_mm: Float) -> Float:
+    """Return the signs of the volumes spanned by balls (..., n, 3), shape (...); 0 for three balls or a plane."""
     if balls_mm.shape[-2] < 4:
         return np.zeros(balls_mm.shape[:-2])
     volume = np.linalg.det(balls_mm[..., 1:4, :] - balls_mm[..., :1, :])

@@ -2,43 +2,47 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field, replace
-from typing import Any
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from spinewatch.arrays import Pixels
-from spinewatch.camera import Camera, Rig
-from spinewatch.detection.candidates.search import Detection, DetectionParameters, detect
-from spinewatch.detection.candidates.templates import Side, TemplateSet, default_template_set
-from spinewatch.detection.refinement.centres import (
-    CandidateView,
-    CentreParameters,
-    Ranking,
-    rank_features,
-    settle_centres,
-)
-from spinewatch.detection.refinement.lamp import expected_lamp
-from spinewatch.errors import ImageSizeError, ParameterError, SameImageError
+from spinewatch.camera import Rig
+from spinewatch.detection.candidates.search import Detection, DetectionParameters
+from spinewatch.detection.candidates.templates import TemplateSet
+from spinewatch.detection.detector import prepare_detector
+from spinewatch.detection.refinement.centres import CentreParameters
+from spinewatch.errors import ParameterError, SameImageError
 from spinewatch.flags import Flag
+from spinewatch.imaging.frame import Frame
 from spinewatch.markers import FLAT_10_14_18, TriadModel
-from spinewatch.matching.epipolar import range_limits_mm
+from spinewatch.matching.epipolar import nominal_ranges_mm
 from spinewatch.matching.rig_check import RigCheck, RigCheckParameters
 from spinewatch.matching.selection import SpineAxis
-from spinewatch.parallel import both
 from spinewatch.progress import Progress, silent
-from spinewatch.triads.checked_search import check_search
+from spinewatch.triads.drift import search_and_check_rig
 from spinewatch.triads.labels import KnownConfiguration, LabelledTriad, LabelParameters, label_triads
 from spinewatch.triads.search import SearchParameters, TriadSearch, match_triads
-
-SIDES: tuple[Side, Side] = ("left", "right")
 
 
 @dataclass(frozen=True)
 class Parameters:
     """Parameters of all steps; stored with every result.
 
-    ``ball_diameter_mm`` of a marker's ball.
+    Attributes
+    ----------
+    ball_diameter_mm
+        Diameter of a marker's ball, mm.
+    detection
+        Search for candidates by templates.
+    centres
+        Refinement of centres by networks.
+    search
+        From features to poses.
+    labels
+        Labels when triads are missing.
+    rig_check
+        Check of the rig by the balls.
     """
 
     ball_diameter_mm: float = 8.0
@@ -51,11 +55,20 @@ class Parameters:
 
 @dataclass(frozen=True)
 class StageRequest:
-    """What the surgeon knows: vertebrae in order of increasing coordinate along ``spine_axis``, and how many triads.
+    """What is known of a stage before its images are measured.
 
-    Without ``triads`` their number is that of the labels, or unknown when there are none. ``models`` are the
-    markers in use; ``known``, an earlier stage, distances or kinds of markers, decides on labels when triads
-    are missing.
+    Attributes
+    ----------
+    labels
+        Marked vertebrae in order of increasing coordinate along the spine axis.
+    spine_axis
+        Object-space axis along which the spine lies; "auto" for the axis of greatest extent.
+    triads
+        Number of triads placed; None takes the number of labels, or leaves it unknown without labels.
+    models
+        Markers in use.
+    known
+        Earlier stage, distances or kinds of markers, which decide on labels when triads are missing.
     """
 
     labels: tuple[str, ...] = ()
@@ -63,6 +76,14 @@ class StageRequest:
     triads: int | None = None
     models: tuple[TriadModel, ...] = (FLAT_10_14_18,)
     known: KnownConfiguration | None = None
+
+    def __post_init__(self) -> None:
+        if len(set(self.labels)) != len(self.labels) or not all(self.labels):
+            raise ParameterError("labels must be different, non-empty names")
+        if self.triads is not None and self.triads < 1:
+            raise ParameterError("the number of triads must be at least 1")
+        if self.labels and self.triads not in (None, len(self.labels)):
+            raise ParameterError(f"{self.triads} triads cannot carry {len(self.labels)} labels")
 
     @property
     def expected(self) -> int | None:
@@ -72,134 +93,175 @@ class StageRequest:
 
 @dataclass(frozen=True, eq=False)
 class StageMeasurement:
-    """What one stereo pair shows: detections, triads in label order (unlabelled ones last), and all flags.
+    """Result of one stereo pair.
 
-    ``rig_check`` is what the triads' balls say about the rig, None when they are too few.
+    Attributes
+    ----------
+    left, right
+        Features of each view, with the surgical field and the exposure.
+    triads
+        Triads in label order, unlabelled ones last.
+    flags
+        Flags of all steps.
+    rig_check
+        Check of the rig by the triads' balls; None with too few balls.
+    parameters
+        Parameters of the measurement.
+    templates_version
+        Version of the template set of the measurement.
     """
 
     left: Detection
     right: Detection
     triads: tuple[LabelledTriad, ...]
     flags: tuple[Flag, ...]
-    rig_check: RigCheck | None = None
+    rig_check: RigCheck | None
+    parameters: Parameters
+    templates_version: str
 
 
-def measure_stage(
-    left: Pixels,
-    right: Pixels,
-    rig: Rig,
-    request: StageRequest,
-    parameters: Parameters | None = None,
-    progress: Progress = silent,
-    templates: TemplateSet | None = None,
-) -> StageMeasurement:
-    """Return the labelled triads of a stereo pair of gray images (H, W), 8 or 16 bits.
+class StageMeasurer:
+    """Measures the stereo pairs of one rig.
 
-    Raises ``ImageSizeError`` for images of another size than the rig's, ``SameImageError`` when both are the
-    same, ``ParameterError`` for a request that contradicts itself or a rig whose axes do not meet in front of
-    it.
+    Templates, networks and ball sizes are prepared once; `measure` may then be called for any number of pairs.
+
+    Parameters
+    ----------
+    rig
+        The calibrated cameras.
+    parameters
+        Parameters of all steps; the defaults by default.
+    templates
+        Template set of the detector; the set that ships with the library by default.
+    pool
+        Executor of at least one thread, in which the right view is detected while the calling thread detects the left
+        one; by default one view after the other.
+
+    Raises
+    ------
+    ParameterError
+        If the optical axes do not meet in front of the cameras and no range is given.
+
+    Notes
+    -----
+    The matrices are small: further threads of the linear algebra library only slow the measurement down, on a busy
+    machine several times over. Set ``OPENBLAS_NUM_THREADS=1`` before NumPy is imported, as the ``spinewatch`` command
+    does.
     """
-    parameters = parameters or Parameters()
-    templates = templates or default_template_set()
-    _check_request(request)
-    for side, image, camera in (("left", left, rig.left), ("right", right, rig.right)):
-        _check_size(side, image, camera)
-    if left.shape == right.shape and np.array_equal(left, right):
-        raise SameImageError("left and right are the same picture; send the pair that the two cameras took")
 
-    def match(with_rig: Rig) -> TriadSearch:
+    def __init__(
+        self,
+        rig: Rig,
+        parameters: Parameters | None = None,
+        templates: TemplateSet | None = None,
+        pool: Executor | None = None,
+    ) -> None:
+        self.rig = rig
+        self.parameters = p = parameters or Parameters()
+        self._detector = prepare_detector(
+            rig,
+            nominal_ranges_mm(rig, p.search.matching.epipolar),
+            p.ball_diameter_mm,
+            p.detection,
+            p.centres,
+            templates,
+        )
+        self._pool = pool
+
+    def detect(self, left: Frame, right: Frame) -> tuple[Detection, Detection]:
+        """Return the features of both views, the first step of `measure`.
+
+        Parameters
+        ----------
+        left, right
+            Images of the two cameras.
+
+        Returns
+        -------
+        tuple of Detection
+            Features of the left and the right view, most probable balls first.
+
+        Raises
+        ------
+        ImageError
+            If an image is not a gray image of 8 or 16 bits.
+        ImageSizeError
+            If an image has another size than its camera.
+        """
+        return self._detector.detect(left, right, self._pool)
+
+    def measure(
+        self, left: Frame, right: Frame, request: StageRequest, progress: Progress = silent
+    ) -> StageMeasurement:
+        """Return the labelled triads of a stereo pair.
+
+        Parameters
+        ----------
+        left, right
+            Images of the two cameras.
+        request
+            Labels, spine axis and markers.
+        progress
+            Called at the start of each step: detect, match, label.
+
+        Returns
+        -------
+        StageMeasurement
+            Features, triads, flags and the check of the rig.
+
+        Raises
+        ------
+        ImageError
+            If an image is not a gray image of 8 or 16 bits.
+        ImageSizeError
+            If an image has another size than its camera.
+        SameImageError
+            If both images are the same.
+        """
+        _refuse_same_image(left, right)
+        progress("detect", 0.0)
+        detections = self.detect(left, right)
+        progress("match", 0.7)
+        search, rig_check, rig_flags = search_and_check_rig(
+            lambda rig: self._match(detections, (left, right), request, rig),
+            detections[0].features,
+            detections[1].features,
+            self.rig,
+            self.parameters.rig_check,
+        )
+        progress("label", 0.9)
+        labelled, label_flags = label_triads(
+            search.triads, request.labels, request.spine_axis, self.parameters.labels, request.known
+        )
+        image_flags = [
+            Flag(flag.code, f"{frame.side}: {flag.detail}")
+            for frame, detection in zip((left, right), detections, strict=True)
+            for flag in detection.flags
+        ]
+        flags = (*image_flags, *search.flags, *rig_flags, *label_flags)
+        return StageMeasurement(
+            *detections, labelled, flags, rig_check, self.parameters, self._detector.template_version
+        )
+
+    def _match(
+        self,
+        detections: tuple[Detection, Detection],
+        frames: tuple[Frame, Frame],
+        request: StageRequest,
+        rig: Rig,
+    ) -> TriadSearch:
         return match_triads(
-            left_found.features,
-            right_found.features,
-            with_rig,
-            parameters.search,
+            detections[0].features,
+            detections[1].features,
+            rig,
+            self.parameters.search,
             expected=request.expected,
             axis=request.spine_axis,
-            images=(left, right),
+            images=(frames[0].pixels, frames[1].pixels),
             models=request.models,
         )
 
-    progress("detect", 0.0)
-    left_found, right_found = find_balls((left, right), rig, parameters, templates)
-    progress("match", 0.7)
-    matched, rig_check, rig_flags = check_search(
-        match, left_found.features, right_found.features, rig, parameters.rig_check
-    )
-    progress("label", 0.9)
-    labelled, label_flags = label_triads(
-        matched.triads, request.labels, request.spine_axis, parameters.labels, request.known
-    )
-    flags = (
-        *_of_side("left", left_found.flags),
-        *_of_side("right", right_found.flags),
-        *matched.flags,
-        *rig_flags,
-        *label_flags,
-    )
-    return StageMeasurement(left_found, right_found, labelled, flags, rig_check)
 
-
-def find_balls(
-    images: tuple[Pixels, Pixels],
-    rig: Rig,
-    parameters: Parameters,
-    templates: TemplateSet | None = None,
-) -> tuple[Detection, Detection]:
-    """Return what the left and the right image (H, W) show: features with centres, covariances and scores settled.
-
-    Raises ``ImageError`` for images that are not gray of 8 or 16 bits, ``ParameterError`` for a rig whose axes do not
-    meet in front of it.
-    """
-    sizes, ranges = nominal_ball_px(rig, parameters), nominal_ranges_mm(rig, parameters)
-
-    def search(number: int) -> tuple[Detection, Ranking]:
-        camera, ball_px = (rig.left, rig.right)[number], sizes[number]
-        found = detect(images[number], SIDES[number], ball_px, parameters.detection, templates)
-        lamp = expected_lamp(rig, camera, ranges[number])
-        view = CandidateView(camera, images[number], found.features, ball_px, lamp)
-        return found, rank_features(view, parameters.centres)
-
-    (left, left_ranking), (right, right_ranking) = both(search, 0, 1)
-    settled = settle_centres((left_ranking, right_ranking), parameters.centres)
-    return replace(left, features=settled[0]), replace(right, features=settled[1])
-
-
-def nominal_ball_px(rig: Rig, parameters: Parameters) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return the (width, height) in pixels of a ball's image in each view, at the middle of the range limits."""
-    left, right = nominal_ranges_mm(rig, parameters)
-    size = parameters.ball_diameter_mm
-    return rig.left.ball_diameter_px(size, left), rig.right.ball_diameter_px(size, right)
-
-
-def nominal_ranges_mm(rig: Rig, parameters: Parameters) -> tuple[float, float]:
-    """Return the middle of the range limits along the left and the right optical axis, mm."""
-    left, right = range_limits_mm(rig, parameters.search.matcher.candidates)
-    return float(left.mean()), float(right.mean())
-
-
-def parameters_document(parameters: Parameters) -> dict[str, Any]:
-    """Return the parameters as a tree of plain values, ready for JSON."""
-    return asdict(parameters)
-
-
-def _check_request(request: StageRequest) -> None:
-    if len(set(request.labels)) != len(request.labels) or not all(request.labels):
-        raise ParameterError("labels must be different, non-empty names")
-    if request.triads is not None and request.triads < 1:
-        raise ParameterError("the number of triads must be at least 1")
-    if request.labels and request.triads not in (None, len(request.labels)):
-        raise ParameterError(f"{request.triads} triads cannot carry {len(request.labels)} labels")
-
-
-def _check_size(side: str, image: Pixels, camera: Camera) -> None:
-    width, height = camera.image_size_px
-    if image.shape != (height, width):
-        shape = " x ".join(str(n) for n in reversed(image.shape))
-        raise ImageSizeError(
-            f"the {side} image is {shape} pixels, the rig was calibrated for {width} x {height}; "
-            "send the image as the camera took it, or the rig of this camera"
-        )
-
-
-def _of_side(side: str, flags: tuple[Flag, ...]) -> tuple[Flag, ...]:
-    return tuple(Flag(flag.code, f"{side}: {flag.detail}") for flag in flags)
+def _refuse_same_image(left: Frame, right: Frame) -> None:
+    if left.pixels.shape == right.pixels.shape and np.array_equal(left.pixels, right.pixels):
+        raise SameImageError("left and right are the same image; send the pair that the two cameras took")

@@ -17,5 +17,4 @@ def silent(step: str, fraction: float) -> None:
         Name of the step that begins.
     fraction
         Fraction of the work done before it, 0 to 1.
-
     """

@@ -1,1 +1,1 @@
-"""The record: tables, sessions, queries and the bell; the database is the truth about everything measured."""
+"""The database: tables, sessions, queries, jobs, events, and the queue that wakes workers."""

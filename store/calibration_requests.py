@@ -1,4 +1,4 @@
-"""Requests to calibrate: pictures of a control field, and what a worker needs to make a calibration of them."""
+"""Requests to calibrate: images of a control field, and what a worker needs to calibrate with them."""
 
 from __future__ import annotations
 
@@ -9,15 +9,25 @@ from uuid import uuid4
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session, selectinload
+from sqlalchemy.orm.attributes import set_committed_value
 
+from contract.event import Actor
 from store import events, images, jobs
 from store.images import NewImage
-from store.tables import CalibrationRequest, CalibrationShot, Document
+from store.tables import CALIBRATION_JOB, CalibrationRequest, CalibrationShot, Document
 
 
 @dataclass(frozen=True)
 class NewShot:
-    """A stereo pair of the control field; one that is not ``used`` only verifies."""
+    """A stereo pair of the control field.
+
+    Attributes
+    ----------
+    left, right
+        The images.
+    used
+        False for a shot held out for verification.
+    """
 
     left: NewImage
     right: NewImage
@@ -26,7 +36,23 @@ class NewShot:
 
 @dataclass(frozen=True)
 class NewRequest:
-    """What is to be calibrated, from what and how; the columns of ``CalibrationRequest`` explain it."""
+    """The input of a calibration.
+
+    Attributes
+    ----------
+    name
+        Name of the rig.
+    control_field
+        Name of a built-in control field, or of the one in ``control_points``.
+    control_points
+        CSV of the control points, None for a built-in control field.
+    options
+        Options of ``spinewatch calibrate``: pixel_size_mm, free, fixed, estimate_aspect.
+    shots
+        The stereo pairs.
+    captured_at
+        When they were taken, None when unknown.
+    """
 
     name: str
     control_field: str
@@ -36,8 +62,25 @@ class NewRequest:
     captured_at: datetime | None
 
 
-def submit(session: Session, new: NewRequest, now: datetime) -> CalibrationRequest:
-    """Add a request with its pictures and its queued job."""
+def submit(session: Session, new: NewRequest, now: datetime, actor: Actor) -> CalibrationRequest:
+    """Add a request with its images and its queued job.
+
+    Parameters
+    ----------
+    session
+        Session that writes.
+    new
+        The input.
+    now
+        Time of the submission.
+    actor
+        Who submits.
+
+    Returns
+    -------
+    CalibrationRequest
+        The row with its job; the caller enqueues the job after the commit.
+    """
     request = CalibrationRequest(
         id=str(uuid4()),
         name=new.name,
@@ -50,21 +93,32 @@ def submit(session: Session, new: NewRequest, now: datetime) -> CalibrationReque
             CalibrationShot(
                 position=position,
                 used=shot.used,
-                left=images.keep(session, shot.left, now),
-                right=images.keep(session, shot.right, now),
+                left=images.add(session, shot.left, now),
+                right=images.add(session, shot.right, now),
             )
             for position, shot in enumerate(new.shots)
         ],
-        job=jobs.queued(now),
     )
     session.add(request)
-    events.append(session, now, events.Action.CALIBRATION_SUBMITTED, request.id)
+    job = jobs.add(session, CALIBRATION_JOB, request.id, now)
+    set_committed_value(request, "job", job)
+    events.append(session, now, actor, events.Action.CALIBRATION_SUBMITTED, request.id)
     return request
 
 
 @dataclass(frozen=True)
 class CalibrationWork:
-    """What a worker needs to calibrate: all of a request, and the files (left, right) of each shot in order."""
+    """What a worker needs to calibrate.
+
+    Attributes
+    ----------
+    name, control_field, control_points, options
+        As of ``NewRequest``.
+    pairs
+        The image files (left, right) of each shot, in order.
+    verify
+        Number of trailing shots held out for verification.
+    """
 
     name: str
     control_field: str
@@ -75,7 +129,20 @@ class CalibrationWork:
 
 
 def work(session: Session, request_id: str) -> CalibrationWork:
-    """Return what there is to calibrate."""
+    """Return what a worker needs to calibrate.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    request_id
+        Identifier of the request.
+
+    Returns
+    -------
+    CalibrationWork
+        Images, control field and options.
+    """
     query = select(CalibrationRequest).where(CalibrationRequest.id == request_id)
     request = session.scalars(query.options(selectinload(CalibrationRequest.shots))).one()
     return CalibrationWork(

@@ -1,15 +1,15 @@
-"""Calibrated rigs in the record: given as they are, or made by a worker from pictures."""
+"""Calibrated rigs in the database: given as they are, or made by a worker from images."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from datetime import datetime, timedelta
-from typing import Any
 from uuid import uuid4
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session, joinedload, selectinload, undefer
 
+from contract.calibration import CalibrationResult
+from contract.event import Actor
 from spinewatch.camera import Rig
 from spinewatch.rig_files.rig_json import rig_to_dict
 from store import events
@@ -18,8 +18,29 @@ from store.page import Page, page_of
 from store.tables import Calibration, CalibrationReport, CalibrationRequest, CalibrationShot, Stage
 
 
-def add(session: Session, rig: Rig, now: datetime, calibrated_at: datetime | None = None) -> Calibration:
-    """Add a calibration that somebody else made."""
+def add(
+    session: Session, rig: Rig, now: datetime, actor: Actor, calibrated_at: datetime | None = None
+) -> Calibration:
+    """Add a calibration that was made elsewhere.
+
+    Parameters
+    ----------
+    session
+        Session that writes.
+    rig
+        The rig.
+    now
+        Time of the addition.
+    actor
+        Who adds it.
+    calibrated_at
+        When it was calibrated, None when unknown.
+
+    Returns
+    -------
+    Calibration
+        The new row.
+    """
     row = Calibration(
         id=str(uuid4()),
         name=rig.name,
@@ -29,49 +50,133 @@ def add(session: Session, rig: Rig, now: datetime, calibrated_at: datetime | Non
         report=None,
     )
     session.add(row)
-    events.append(session, now, events.Action.CALIBRATION_CREATED, row.id)
+    events.append(session, now, actor, events.Action.CALIBRATION_CREATED, row.id)
     return row
 
 
-def add_solved(session: Session, request_id: str, result: Mapping[str, Any], now: datetime) -> None:
-    """Add the calibration that a request asked for, under the request's identifier.
+def add_solved(
+    session: Session, request_id: str, result: CalibrationResult, now: datetime, actor: Actor
+) -> None:
+    """Add the calibration that was requested, under the request's identifier.
 
-    ``result`` is the calibration document (``formats/calibration_json``) with ``version``.
+    Parameters
+    ----------
+    session
+        Session that writes.
+    request_id
+        Identifier of the request.
+    result
+        The rig and its quality.
+    now
+        Time of the result.
+    actor
+        The worker.
     """
     request = session.get_one(CalibrationRequest, request_id)
-    report = {key: value for key, value in result.items() if key not in {"rig", "version"}}
     session.add(
         Calibration(
             id=request_id,
             name=request.name,
-            rig=result["rig"],
+            rig=result.rig.model_dump(mode="json"),
             calibrated_at=request.captured_at or request.created_at,
             created_at=now,
-            report=CalibrationReport(report=report, version=result["version"]),
+            report=CalibrationReport(
+                report=result.model_dump(mode="json", exclude={"rig", "version"}), version=result.version
+            ),
         )
     )
-    events.append(session, now, events.Action.CALIBRATION_SOLVED, request_id)
+    events.append(session, now, actor, events.Action.CALIBRATION_SOLVED, request_id)
 
 
 def get(session: Session, calibration_id: str) -> Calibration:
-    """Return a calibration; raise ``NotFoundError``."""
+    """Return a calibration.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    calibration_id
+        Identifier of the calibration.
+
+    Returns
+    -------
+    Calibration
+        The row.
+
+    Raises
+    ------
+    NotFoundError
+        There is no such calibration.
+    """
     return _found(session.get(Calibration, calibration_id))
 
 
 def get_with_report(session: Session, calibration_id: str) -> Calibration:
-    """Return a calibration with its report and the pictures it was made from; raise ``NotFoundError``."""
+    """Return a calibration with its report and the images that it was made from.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    calibration_id
+        Identifier of the calibration.
+
+    Returns
+    -------
+    Calibration
+        The row.
+
+    Raises
+    ------
+    NotFoundError
+        There is no such calibration.
+    """
     return _found(session.get(Calibration, calibration_id, options=[_REPORT]))
 
 
 def report_of(row: Calibration) -> CalibrationReport:
-    """Return the report of a calibration got with it; raise ``ReportNotFoundError`` for one given as a rig."""
+    """Return the report of a calibration.
+
+    Parameters
+    ----------
+    row
+        A row from ``get_with_report``.
+
+    Returns
+    -------
+    CalibrationReport
+        The row of its report.
+
+    Raises
+    ------
+    ReportNotFoundError
+        The calibration was given as a rig.
+    """
     if row.report is None:
         raise ReportNotFoundError
     return row.report
 
 
 def shot_of(row: Calibration, number: int) -> CalibrationShot:
-    """Return a shot, counted from 1, of a calibration got with its report; raise ``NotFoundError``."""
+    """Return a shot of a calibration.
+
+    Parameters
+    ----------
+    row
+        A row from ``get_with_report``.
+    number
+        Number of the shot, from 1.
+
+    Returns
+    -------
+    CalibrationShot
+        The row of the shot.
+
+    Raises
+    ------
+    NotFoundError
+        The calibration has no such shot, or was given as a rig.
+    """
     shots = report_of(row).request.shots
     if number > len(shots):
         raise NotFoundError("shot")
@@ -79,15 +184,42 @@ def shot_of(row: Calibration, number: int) -> CalibrationShot:
 
 
 def listed(session: Session, limit: int, offset: int) -> Page[Calibration]:
-    """Return a page of calibrations, oldest first."""
+    """Return a page of calibrations, oldest first.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    limit
+        Largest number of calibrations.
+    offset
+        Number of calibrations before the page.
+
+    Returns
+    -------
+    Page of Calibration
+        The rows; their reports are not loaded.
+    """
     query = select(Calibration).options(joinedload(Calibration.report))
     return page_of(session, query.order_by(Calibration.created_at, Calibration.id), limit, offset)
 
 
 def age(calibration: Calibration, stage: Stage) -> timedelta:
-    """Return how old a calibration was when a stage was taken; negative when it was made afterwards.
+    """Return the age of a calibration when a stage was taken.
 
-    A rig of unknown date, or of one to come, is taken for as old as its entry in the record: it is no younger.
+    A rig whose date is unknown or in the future has the age of its row: it is at least as old.
+
+    Parameters
+    ----------
+    calibration
+        The calibration.
+    stage
+        The stage.
+
+    Returns
+    -------
+    timedelta
+        The age; negative when the calibration was made afterwards.
     """
     taken = stage.captured_at or stage.created_at
     return taken - min(calibration.calibrated_at or calibration.created_at, calibration.created_at)

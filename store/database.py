@@ -1,4 +1,4 @@
-"""The database: how it is opened, read and written."""
+"""The database: its engine, and sessions that read or write."""
 
 from __future__ import annotations
 
@@ -21,26 +21,53 @@ _to_json = partial(json.dumps, allow_nan=False, separators=(",", ":"))
 
 
 class Database:
-    """The one database that is the whole record; make one a process from a URL, ``close`` it at the end.
+    """The one database, which holds everything; one per process, closed at the end.
 
-    SQLite runs in WAL with foreign keys on and every commit on the disk. A write transaction takes the
-    write lock at its start, since a deferred one that reads first may fail when it comes to write.
+    SQLite runs in WAL mode with foreign keys on, and every commit is synced to the disk. A write transaction takes the
+    write lock at its start: a deferred one that reads first may fail when it writes.
+
+    Parameters
+    ----------
+    url
+        SQLAlchemy URL.
+
+    Raises
+    ------
+    DatabaseNotReadyError
+        The URL cannot be used.
     """
 
     def __init__(self, url: str) -> None:
         self.url = url
         self.engine = _engine(url)
+        self._read_engine = self.engine
+        if (
+            self.engine.dialect.name == "postgresql"
+        ):  # its default isolation shows what others commit meanwhile
+            self._read_engine = self.engine.execution_options(isolation_level="REPEATABLE READ")
         self._write_engine = self.engine.execution_options(spinewatch_writes=True)
 
     @contextmanager
-    def reading(self) -> Iterator[Session]:
-        """Give a session that sees one state of the record and writes nothing."""
-        with Session(self.engine, autoflush=False, expire_on_commit=False) as session:
+    def read(self) -> Iterator[Session]:
+        """Open a session that sees one state of the database and writes nothing.
+
+        Yields
+        ------
+        Session
+            The session.
+        """
+        with Session(self._read_engine, autoflush=False, expire_on_commit=False) as session:
             yield session
 
     @contextmanager
-    def writing(self) -> Iterator[Session]:
-        """Give a session whose changes are committed together at the end, or not at all."""
+    def write(self) -> Iterator[Session]:
+        """Open a session whose changes are committed together at the end, or not at all.
+
+        Yields
+        ------
+        Session
+            The session.
+        """
         with Session(self._write_engine, expire_on_commit=False) as session, session.begin():
             yield session
 
@@ -50,7 +77,18 @@ class Database:
 
 
 def sqlite_path(url: str) -> Path | None:
-    """Return the file of an SQLite URL, None for any other database."""
+    """Return the file of an SQLite URL.
+
+    Parameters
+    ----------
+    url
+        SQLAlchemy URL.
+
+    Returns
+    -------
+    Path or None
+        The file, None for any other database.
+    """
     parsed = make_url(url)
     if parsed.get_backend_name() != "sqlite" or not parsed.database or parsed.database == ":memory:":
         return None
@@ -66,7 +104,7 @@ def _engine(url: str) -> Engine:
             url,
             json_serializer=_to_json,
             connect_args={"timeout": _BUSY_SECONDS},
-            max_overflow=-1,  # as many connections as threads ask for; a file has no limit of its own
+            max_overflow=-1,  # one connection per thread; a file has no limit of its own
         )
     except (SQLAlchemyError, ImportError) as error:
         raise DatabaseNotReadyError(
@@ -78,7 +116,7 @@ def _engine(url: str) -> Engine:
 
 
 def _prepare_sqlite(connection: DBAPIConnection, _: Any) -> None:
-    connection.isolation_level = None  # transactions begin where _begin_sqlite says
+    connection.isolation_level = None  # transactions begin in _begin_sqlite
     cursor = connection.cursor()
     for pragma in ("journal_mode=WAL", "foreign_keys=ON", "synchronous=FULL"):
         cursor.execute(f"PRAGMA {pragma}")

@@ -1,4 +1,4 @@
-"""Named errors of the record; a caller may show each message to a person as it stands."""
+"""Named errors of the database and the queue; a caller may show each message to a person as it is."""
 
 from __future__ import annotations
 
@@ -6,25 +6,31 @@ from spinewatch.errors import SpinewatchError
 
 
 class NotFoundError(SpinewatchError):
-    """The record has nothing under this identifier."""
+    """The database has nothing under this identifier.
+
+    Parameters
+    ----------
+    kind
+        What was looked for: surgery, stage, job ...
+    """
 
     code = "not-found"
 
     def __init__(self, kind: str) -> None:
-        super().__init__(f"there is no such {kind}; list what there is and take the identifier from there")
+        super().__init__(f"there is no such {kind}; take the identifier from the list of all")
         self.code = f"{kind}-not-found"
 
 
 class ReportNotFoundError(NotFoundError):
-    """The calibration was given as a rig, so that nothing is known of how it was made."""
+    """The calibration was given as a rig, so that it has no report."""
 
     def __init__(self) -> None:
         super().__init__("report")
-        self.args = ("this calibration was given as a rig; only one made from pictures here has a report",)
+        self.args = ("this calibration was given as a rig; only one made from images here has a report",)
 
 
 class ConflictError(SpinewatchError):
-    """The request contradicts what the record already holds."""
+    """The request contradicts the contents of the database."""
 
     code = "conflict"
 
@@ -36,13 +42,13 @@ class StageExistsError(ConflictError):
 
 
 class StageNotMeasuredError(ConflictError):
-    """The stage's job has not succeeded, so that there is no result to show."""
+    """The stage's job has not succeeded, so that there is no result."""
 
     code = "stage-not-measured"
 
 
 class JobFinishedError(ConflictError):
-    """The job has ended and cannot be cancelled any more."""
+    """The job has ended and cannot be cancelled."""
 
     code = "job-finished"
 
@@ -50,4 +56,10 @@ class JobFinishedError(ConflictError):
 class DatabaseNotReadyError(SpinewatchError):
     """The database is missing or its tables are not those of this version."""
 
-    code = "record-not-ready"
+    code = "database-not-ready"
+
+
+class QueueURLError(SpinewatchError):
+    """The queue's URL cannot be used."""
+
+    code = "invalid-queue-url"

@@ -1,4 +1,4 @@
-"""Pictures, content-addressed: the same bytes are kept once."""
+"""Images, content-addressed: the same bytes are stored once."""
 
 from __future__ import annotations
 
@@ -16,7 +16,15 @@ from store.tables import Image
 
 @dataclass(frozen=True)
 class NewImage:
-    """An uploaded picture whose header has been checked."""
+    """An uploaded image whose header has been checked.
+
+    Attributes
+    ----------
+    content
+        The bytes of the file.
+    header
+        Its header.
+    """
 
     content: bytes
     header: ImageHeader
@@ -27,8 +35,23 @@ class NewImage:
         return sha256(self.content).hexdigest()
 
 
-def keep(session: Session, image: NewImage, now: datetime) -> Image:
-    """Return the row of a picture, which is added unless its content is there already."""
+def add(session: Session, image: NewImage, now: datetime) -> Image:
+    """Return the row of an image, which is added unless its content is stored already.
+
+    Parameters
+    ----------
+    session
+        Session that writes.
+    image
+        The image.
+    now
+        Time of the upload.
+
+    Returns
+    -------
+    Image
+        The row.
+    """
     row = session.get(Image, image.sha256)
     if row is None:
         row = Image(
@@ -45,5 +68,18 @@ def keep(session: Session, image: NewImage, now: datetime) -> Image:
 
 
 def content(session: Session, sha256: str) -> bytes:
-    """Return the original bytes of a kept picture."""
+    """Return the original bytes of a stored image.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    sha256
+        SHA-256 of the content, hexadecimal.
+
+    Returns
+    -------
+    bytes
+        The file.
+    """
     return session.scalars(select(Image.content).where(Image.sha256 == sha256)).one()

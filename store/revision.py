@@ -8,15 +8,26 @@ from sqlalchemy.exc import SQLAlchemyError
 from store.database import Database, sqlite_path
 from store.errors import DatabaseNotReadyError
 
-REVISION = "0004"
+REVISION = "0007"
 """The migration that makes the tables of store/tables.py."""
 
 _ADVICE = "run: spinewatch db upgrade"
 
 
-def require_revision(record: Database) -> None:
-    """Raise ``DatabaseNotReadyError`` unless the database can be read and is at ``REVISION``."""
-    found = current_revision(record)
+def require_revision(database: Database) -> None:
+    """Check that a database can be read and is at ``REVISION``.
+
+    Parameters
+    ----------
+    database
+        The database.
+
+    Raises
+    ------
+    DatabaseNotReadyError
+        It is missing, cannot be read, or is at another revision.
+    """
+    found = current_revision(database)
     if found is None:
         raise DatabaseNotReadyError(f"the database is missing or has no tables; {_ADVICE}")
     if found != REVISION:
@@ -25,13 +36,24 @@ def require_revision(record: Database) -> None:
         )
 
 
-def current_revision(record: Database) -> str | None:
-    """Return the revision of the database, None when there is none or it cannot be read."""
-    path = sqlite_path(record.url)
+def current_revision(database: Database) -> str | None:
+    """Return the revision of a database.
+
+    Parameters
+    ----------
+    database
+        The database.
+
+    Returns
+    -------
+    str or None
+        The revision, None when there is none or the database cannot be read.
+    """
+    path = sqlite_path(database.url)
     if path is not None and not path.exists():
-        return None  # connecting would make an empty file
+        return None  # connecting would create an empty file
     try:
-        with record.engine.connect() as connection:
+        with database.engine.connect() as connection:
             return connection.execute(text("SELECT version_num FROM alembic_version")).scalar_one_or_none()
     except SQLAlchemyError:
         return None

@@ -1,4 +1,4 @@
-"""Stages in the record: submitting a stereo pair, and reading what was measured in it."""
+"""Stages in the database: submitting a stereo pair, and what a worker needs to measure it."""
 
 from __future__ import annotations
 
@@ -6,23 +6,34 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from uuid import uuid4
 
-import numpy as np
 from sqlalchemy import Select, select
-from sqlalchemy.orm import Session, joinedload, selectinload, undefer
+from sqlalchemy.orm import Session, joinedload, selectinload
+from sqlalchemy.orm.attributes import set_committed_value
 
-from spinewatch.triads.pose import Pose
+from contract.event import Actor
+from contract.job import JobState
 from store import calibrations, events, images, jobs
-from store.errors import NotFoundError, StageExistsError, StageNotMeasuredError
+from store.errors import NotFoundError, StageExistsError
 from store.images import NewImage
 from store.page import Page, page_of
-from store.tables import Calibration, Document, FeatureList, JobState, Measurement, Stage, Surgery, Triad
+from store.tables import STAGE_JOB, Calibration, Document, Measurement, Stage, Surgery
 
 _REPLACEABLE = frozenset({JobState.FAILED, JobState.CANCELLED})
 
 
 @dataclass(frozen=True)
 class NewStage:
-    """A stereo pair that was taken at a stage of a surgery."""
+    """A stereo pair that was taken at a stage of a surgery.
+
+    Attributes
+    ----------
+    name
+        Name of the stage.
+    left, right
+        The images.
+    captured_at
+        When they were taken, None when unknown.
+    """
 
     name: str
     left: NewImage
@@ -31,12 +42,36 @@ class NewStage:
 
 
 def submit(
-    session: Session, surgery: Surgery, calibration: Calibration, new: NewStage, now: datetime
+    session: Session, surgery: Surgery, calibration: Calibration, new: NewStage, now: datetime, actor: Actor
 ) -> Stage:
-    """Add a stage with its pictures and its queued job.
+    """Add a stage with its images and its queued job.
 
-    A name in use is the next take when the latest job of that name failed or was cancelled; otherwise raises
-    ``StageExistsError``. Nothing is overwritten.
+    A name in use is the next take when the latest job of that name failed or was cancelled. Nothing is overwritten.
+
+    Parameters
+    ----------
+    session
+        Session that writes.
+    surgery
+        The surgery.
+    calibration
+        The calibration that the images were taken with.
+    new
+        The stereo pair.
+    now
+        Time of the submission.
+    actor
+        Who submits.
+
+    Returns
+    -------
+    Stage
+        The row with its job; the caller enqueues the job after the commit.
+
+    Raises
+    ------
+    StageExistsError
+        The latest job of that name is queued, running or has succeeded.
     """
     latest = session.scalars(_latest(surgery.id, new.name).options(joinedload(Stage.job))).first()
     if latest is not None and latest.job.state not in _REPLACEABLE:
@@ -50,20 +85,41 @@ def submit(
         name=new.name,
         take=1 if latest is None else latest.take + 1,
         calibration=calibration,
-        left=images.keep(session, new.left, now),
-        right=images.keep(session, new.right, now),
+        left=images.add(session, new.left, now),
+        right=images.add(session, new.right, now),
         captured_at=new.captured_at,
         created_at=now,
         measurement=None,
-        job=jobs.queued(now),
     )
     session.add(stage)
-    events.append(session, now, events.Action.STAGE_SUBMITTED, stage.id, surgery.id)
+    job = jobs.add(session, STAGE_JOB, stage.id, now, {"surgery_id": surgery.id})
+    set_committed_value(stage, "job", job)
+    events.append(session, now, actor, events.Action.STAGE_SUBMITTED, stage.id, surgery.id)
     return stage
 
 
 def get(session: Session, surgery_id: str, name: str) -> Stage:
-    """Return the latest take of a stage with pictures, job and measurement; raise ``NotFoundError``."""
+    """Return the latest take of a stage with its images, job and measurement.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    surgery_id
+        Identifier of the surgery.
+    name
+        Name of the stage.
+
+    Returns
+    -------
+    Stage
+        The row.
+
+    Raises
+    ------
+    NotFoundError
+        There is no such surgery or stage.
+    """
     stage = session.scalars(_latest(surgery_id, name).options(*_WHOLE)).first()
     if stage is None:
         if session.get(Surgery, surgery_id) is None:
@@ -73,25 +129,45 @@ def get(session: Session, surgery_id: str, name: str) -> Stage:
 
 
 def listed(session: Session, surgery_id: str, limit: int, offset: int) -> Page[Stage]:
-    """Return a page of a surgery's stages, every take, oldest first."""
+    """Return a page of a surgery's stages, every take, oldest first.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    surgery_id
+        Identifier of the surgery.
+    limit
+        Largest number of stages.
+    offset
+        Number of stages before the page.
+
+    Returns
+    -------
+    Page of Stage
+        The rows with images, job and measurement.
+    """
     query = select(Stage).where(Stage.surgery_id == surgery_id).order_by(Stage.created_at, Stage.id)
     return page_of(session, query.options(*_WHOLE), limit, offset)
 
 
-def measurement(session: Session, surgery_id: str, name: str) -> tuple[Stage, Measurement]:
-    """Return the latest take of a stage and what was measured in it; raise ``StageNotMeasuredError``."""
-    stage = get(session, surgery_id, name)
-    if stage.measurement is None:
-        raise StageNotMeasuredError(
-            f"stage {stage.name} has no result: its job is {stage.job.state.value};"
-            " wait until the job has succeeded, or take the stage again"
-        )
-    return stage, stage.measurement
-
-
 @dataclass(frozen=True)
 class StageWork:
-    """What a worker needs to measure a stage: both files, the rig JSON, how old it was, the labels in order."""
+    """What a worker needs to measure a stage.
+
+    Attributes
+    ----------
+    left, right
+        The image files.
+    rig
+        The rig JSON.
+    calibration_age
+        Age of the calibration when the stage was taken.
+    vertebrae
+        Labels in order of increasing coordinate along the spine axis.
+    spine_axis
+        x, y or auto.
+    """
 
     left: bytes
     right: bytes
@@ -102,7 +178,20 @@ class StageWork:
 
 
 def work(session: Session, stage_id: str) -> StageWork:
-    """Return what there is to measure in a stage."""
+    """Return what a worker needs to measure a stage.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    stage_id
+        Identifier of the stage.
+
+    Returns
+    -------
+    StageWork
+        Images, rig and labels.
+    """
     query = select(Stage).where(Stage.id == stage_id)
     stage = session.scalars(query.options(joinedload(Stage.surgery), joinedload(Stage.calibration))).one()
     return StageWork(
@@ -115,32 +204,9 @@ def work(session: Session, stage_id: str) -> StageWork:
     )
 
 
-def features(session: Session, stage_id: str) -> dict[str, list[dict[str, object]]]:
-    """Return the features of both views of a measured stage, by side."""
-    query = select(FeatureList).where(FeatureList.stage_id == stage_id).options(undefer(FeatureList.points))
-    return {row.side: row.points for row in session.scalars(query)}
-
-
-def poses(measured: Measurement) -> dict[str, Pose]:
-    """Return the poses of the labelled triads, by label, in object space of the stage's calibration."""
-    labelled = {triad.label: pose(triad) for triad in measured.triads if triad.label is not None}
-    return {label: found for label, found in labelled.items() if found is not None}
-
-
-def pose(triad: Triad) -> Pose | None:
-    """Return the pose in a triad's row, or None for a triad without."""
-    if triad.rotation is None:
-        return None
-    return Pose(
-        position_mm=np.array([triad.x_mm, triad.y_mm, triad.z_mm]),
-        rotation=np.array(triad.rotation),
-        covariance=np.array(triad.covariance),
-    )
-
-
 def _latest(surgery_id: str, name: str) -> Select[Stage]:
-    mine = select(Stage).where(Stage.surgery_id == surgery_id, Stage.name == name)
-    return mine.order_by(Stage.take.desc()).limit(1)
+    takes = select(Stage).where(Stage.surgery_id == surgery_id, Stage.name == name)
+    return takes.order_by(Stage.take.desc()).limit(1)
 
 
 _WHOLE = (
@@ -148,7 +214,5 @@ _WHOLE = (
     joinedload(Stage.calibration),
     joinedload(Stage.left),
     joinedload(Stage.right),
-    joinedload(Stage.measurement).options(
-        selectinload(Measurement.features), selectinload(Measurement.triads)
-    ),
+    joinedload(Stage.measurement).options(selectinload(Measurement.features)),
 )

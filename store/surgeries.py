@@ -1,49 +1,66 @@
-"""Surgeries in the record."""
+"""Surgeries in the database."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import datetime
 from uuid import uuid4
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session, joinedload, selectinload
 
+from contract.event import Actor
+from contract.surgery import NewSurgery
 from store import events
 from store.errors import NotFoundError
 from store.page import Page, page_of
 from store.tables import Stage, Surgery
 
 
-@dataclass(frozen=True)
-class NewSurgery:
-    """What is known of a surgery before its first stage."""
+def add(session: Session, new: NewSurgery, now: datetime, actor: Actor) -> Surgery:
+    """Add a surgery without stages.
 
-    reference: str
-    vertebrae: Sequence[str]
-    reference_vertebra: str
-    spine_axis: str
+    Parameters
+    ----------
+    session
+        Session that writes.
+    new
+        What is known of it.
+    now
+        Time of its creation.
+    actor
+        Who adds it.
 
-
-def add(session: Session, new: NewSurgery, now: datetime) -> Surgery:
-    """Add a surgery without stages."""
-    row = Surgery(
-        id=str(uuid4()),
-        reference=new.reference,
-        vertebrae=list(new.vertebrae),
-        reference_vertebra=new.reference_vertebra,
-        spine_axis=new.spine_axis,
-        created_at=now,
-        stages=[],
-    )
+    Returns
+    -------
+    Surgery
+        The new row.
+    """
+    row = Surgery(id=str(uuid4()), **new.model_dump(), created_at=now, stages=[])
     session.add(row)
-    events.append(session, now, events.Action.SURGERY_CREATED, row.id, row.id)
+    events.append(session, now, actor, events.Action.SURGERY_CREATED, row.id, row.id)
     return row
 
 
 def get(session: Session, surgery_id: str) -> Surgery:
-    """Return a surgery without its stages; raise ``NotFoundError``."""
+    """Return a surgery without its stages.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    surgery_id
+        Identifier of the surgery.
+
+    Returns
+    -------
+    Surgery
+        The row.
+
+    Raises
+    ------
+    NotFoundError
+        There is no such surgery.
+    """
     row = session.get(Surgery, surgery_id)
     if row is None:
         raise NotFoundError("surgery")
@@ -51,7 +68,25 @@ def get(session: Session, surgery_id: str) -> Surgery:
 
 
 def get_with_stages(session: Session, surgery_id: str) -> Surgery:
-    """Return a surgery with every take of its stages and their jobs; raise ``NotFoundError``."""
+    """Return a surgery with every take of its stages and their jobs.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    surgery_id
+        Identifier of the surgery.
+
+    Returns
+    -------
+    Surgery
+        The row.
+
+    Raises
+    ------
+    NotFoundError
+        There is no such surgery.
+    """
     query = select(Surgery).where(Surgery.id == surgery_id).options(*_WITH_STAGES)
     row = session.scalars(query).one_or_none()
     if row is None:
@@ -60,7 +95,22 @@ def get_with_stages(session: Session, surgery_id: str) -> Surgery:
 
 
 def listed(session: Session, limit: int, offset: int) -> Page[Surgery]:
-    """Return a page of surgeries with their stages, oldest first."""
+    """Return a page of surgeries with their stages, oldest first.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    limit
+        Largest number of surgeries.
+    offset
+        Number of surgeries before the page.
+
+    Returns
+    -------
+    Page of Surgery
+        The rows.
+    """
     query = select(Surgery).order_by(Surgery.created_at, Surgery.id).options(*_WITH_STAGES)
     return page_of(session, query, limit, offset)
 

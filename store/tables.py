@@ -1,14 +1,14 @@
-"""The tables (typed ORM); migrations/ is the only way they are made.
+"""The tables (typed ORM); only migrations/ creates them.
 
 Rows are written once: a repeated upload is a new take, a result is a new row. Only a job's row changes, and
-``changes`` tells when. What a calibration is made of, the database itself refuses to change or delete
-(migration 0003). Nothing here is particular to one database.
+``events`` has each change. The database itself refuses to change or delete what a calibration is made of
+(migration 0003). Nothing here depends on the kind of database. A table has a column where a query needs one; the
+rest of a result is a contract model as JSON.
 """
 
 from __future__ import annotations
 
 from datetime import datetime
-from enum import StrEnum
 from typing import Any
 
 from sqlalchemy import (
@@ -24,9 +24,12 @@ from sqlalchemy import (
     String,
     Text,
     UniqueConstraint,
+    func,
+    select,
 )
-from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column, relationship
+from sqlalchemy.orm import DeclarativeBase, Mapped, column_property, mapped_column, relationship
 
+from contract.job import JobState
 from store.clock import UtcDateTime
 
 Document = dict[str, Any]
@@ -40,24 +43,11 @@ _NAMES = {
 }
 
 
-class JobState(StrEnum):
-    """Where a job is; the last three are final."""
+STAGE_JOB = "stage"
+"""Kind of the jobs that measure a stage; their subject is a ``Stage``."""
 
-    QUEUED = "queued"
-    RUNNING = "running"
-    SUCCEEDED = "succeeded"
-    FAILED = "failed"
-    CANCELLED = "cancelled"
-
-
-FINAL_STATES = frozenset({JobState.SUCCEEDED, JobState.FAILED, JobState.CANCELLED})
-
-
-class JobKind(StrEnum):
-    """What a job makes: the measurement of a stage, or a calibration from pictures of a control field."""
-
-    STAGE = "stage"
-    CALIBRATION = "calibration"
+CALIBRATION_JOB = "calibration"
+"""Kind of the jobs that calibrate; their subject is a ``CalibrationRequest``."""
 
 
 class Base(DeclarativeBase):
@@ -80,7 +70,7 @@ class Base(DeclarativeBase):
 
 
 class Image(Base):
-    """An uploaded picture, the original bytes, kept once under the SHA-256 of its content."""
+    """An uploaded image file, the original bytes, stored once under the SHA-256 of its content."""
 
     __tablename__ = "images"
 
@@ -94,7 +84,7 @@ class Image(Base):
 
 
 class Calibration(Base):
-    """A stereo rig as it was calibrated; ``rig`` is the rig JSON, ``calibrated_at`` null when nobody said when."""
+    """A stereo rig as it was calibrated; ``rig`` is the rig JSON, ``calibrated_at`` null when unknown."""
 
     __tablename__ = "calibrations"
 
@@ -108,7 +98,7 @@ class Calibration(Base):
 
 
 class CalibrationRequest(Base):
-    """What a calibration is to be made from; its identifier becomes the calibration's.
+    """The input of a calibration; its identifier becomes the calibration's.
 
     ``control_field`` names a built-in control field, or the CSV in ``control_points``; ``options`` are those of
     ``spinewatch calibrate``.
@@ -125,11 +115,15 @@ class CalibrationRequest(Base):
     created_at: Mapped[datetime]
 
     shots: Mapped[list[CalibrationShot]] = relationship(lazy="raise", order_by="CalibrationShot.position")
-    job: Mapped[Job] = relationship(lazy="raise")
+    job: Mapped[Job] = relationship(
+        primaryjoin=f"and_(foreign(Job.subject_id) == CalibrationRequest.id, Job.kind == '{CALIBRATION_JOB}')",
+        viewonly=True,
+        lazy="raise",
+    )
 
 
 class CalibrationShot(Base):
-    """A stereo pair of the control field; ``position`` counts from 0, one that is not ``used`` only verifies."""
+    """A stereo pair of the control field; ``position`` counts from 0, not ``used`` means held out for verification."""
 
     __tablename__ = "calibration_shots"
 
@@ -144,7 +138,7 @@ class CalibrationShot(Base):
 
 
 class CalibrationReport(Base):
-    """What is known of a calibration made from pictures, beside its rig (``formats/calibration_json``)."""
+    """What is known of a calibration made from images besides its rig (``contract.calibration.CalibrationQuality``)."""
 
     __tablename__ = "calibration_reports"
 
@@ -194,25 +188,31 @@ class Stage(Base):
     calibration: Mapped[Calibration] = relationship(lazy="raise")
     left: Mapped[Image] = relationship(foreign_keys=[left_sha256], lazy="raise")
     right: Mapped[Image] = relationship(foreign_keys=[right_sha256], lazy="raise")
-    job: Mapped[Job] = relationship(back_populates="stage", lazy="raise")
+    job: Mapped[Job] = relationship(
+        primaryjoin=f"and_(foreign(Job.subject_id) == Stage.id, Job.kind == '{STAGE_JOB}')",
+        viewonly=True,
+        lazy="raise",
+    )
     measurement: Mapped[Measurement | None] = relationship(back_populates="stage", lazy="raise")
 
 
 class Job(Base):
-    """The work on a stage or a calibration; the row decides who may do it, under a lease (store/jobs.py)."""
+    """Work of a ``kind`` for a subject; the row decides which worker may do it, under a lease (store/jobs.py).
+
+    ``payload`` is what the handler of the kind needs besides the subject.
+    """
 
     __tablename__ = "jobs"
     __table_args__ = (
         CheckConstraint("progress >= 0 AND progress <= 1", name="progress"),
-        CheckConstraint("(stage_id IS NULL) <> (calibration_request_id IS NULL)", name="subject"),
-        Index(None, "state", "rung_at"),
+        Index(None, "state", "enqueued_at"),
+        Index(None, "kind", "subject_id"),
     )
 
     id: Mapped[str] = mapped_column(String(36), primary_key=True)
-    stage_id: Mapped[str | None] = mapped_column(ForeignKey("stages.id"), unique=True)
-    calibration_request_id: Mapped[str | None] = mapped_column(
-        ForeignKey("calibration_requests.id"), unique=True
-    )
+    kind: Mapped[str] = mapped_column(String(64))
+    subject_id: Mapped[str] = mapped_column(String(36))
+    payload: Mapped[Document]
     state: Mapped[JobState]
     progress: Mapped[float] = mapped_column(default=0.0)
     step: Mapped[str | None] = mapped_column(String(64))
@@ -220,43 +220,56 @@ class Job(Base):
     attempts: Mapped[int] = mapped_column(default=0)
     lease_owner: Mapped[str | None] = mapped_column(String(36))
     lease_until: Mapped[datetime | None]
-    rung_at: Mapped[datetime]
+    enqueued_at: Mapped[datetime]
     created_at: Mapped[datetime]
     started_at: Mapped[datetime | None]
     finished_at: Mapped[datetime | None]
 
-    stage: Mapped[Stage | None] = relationship(back_populates="job", lazy="raise")
+    stage: Mapped[Stage | None] = relationship(
+        primaryjoin=f"and_(foreign(Job.subject_id) == Stage.id, Job.kind == '{STAGE_JOB}')",
+        viewonly=True,
+        lazy="raise",
+    )
 
     @property
-    def kind(self) -> JobKind:
-        """What the job makes."""
-        return JobKind.CALIBRATION if self.stage_id is None else JobKind.STAGE
+    def surgery_id(self) -> str | None:
+        """The surgery that the work belongs to, None for work outside a surgery."""
+        return self.payload.get("surgery_id")
+
+
+class Triad(Base):
+    """A triad of a measured stage (``contract.triad.Triad``); ``position`` counts a stage's triads from 0."""
+
+    __tablename__ = "triads"
+
+    stage_id: Mapped[str] = mapped_column(ForeignKey("measurements.stage_id"), primary_key=True)
+    position: Mapped[int] = mapped_column(primary_key=True)
+    label: Mapped[str | None] = mapped_column(String(16))
+    triad: Mapped[Document]
 
 
 class Measurement(Base):
-    """What was measured in a stage; ``parameters`` and ``version`` say with what, ``flags`` what to doubt.
-
-    ``rig_check`` is what the balls say about the calibration, null when they are too few.
-    """
+    """The result of a stage: ``contract.stage.StageResult`` without features and triads, which have tables."""
 
     __tablename__ = "measurements"
 
     stage_id: Mapped[str] = mapped_column(ForeignKey("stages.id"), primary_key=True)
-    flags: Mapped[list[Any]]
-    fields: Mapped[Document]
-    exposure: Mapped[Document]
-    rig_check: Mapped[Document | None] = mapped_column(JSON(none_as_null=True))
-    parameters: Mapped[Document]
-    version: Mapped[str] = mapped_column(String(32))
+    result: Mapped[Document]
     created_at: Mapped[datetime]
 
     stage: Mapped[Stage] = relationship(back_populates="measurement", lazy="raise")
     features: Mapped[list[FeatureList]] = relationship(lazy="raise", order_by="FeatureList.side")
-    triads: Mapped[list[Triad]] = relationship(lazy="raise", order_by="Triad.position")
+    triad_count: Mapped[int] = column_property(
+        select(func.count())
+        .select_from(Triad)
+        .where(Triad.stage_id == stage_id)
+        .correlate_except(Triad)
+        .scalar_subquery()
+    )
 
 
 class FeatureList(Base):
-    """The possible ball centres of one view: objects with x, y, score and sd_px, in px, best score first."""
+    """The features of one image (``contract.stage.Feature``), best score first."""
 
     __tablename__ = "features"
 
@@ -266,45 +279,16 @@ class FeatureList(Base):
     points: Mapped[list[Any]] = mapped_column(JSON, deferred=True)
 
 
-class Triad(Base):
-    """A triad in object space, mm and degrees; ``position`` counts a stage's triads from 0.
+class Event(Base):
+    """One line of the append-only list of events, which is also the audit: what happened, and who did it."""
 
-    Where its balls do not determine a pose, ``reason`` says so and the columns of the pose are null.
-    """
-
-    __tablename__ = "triads"
-
-    stage_id: Mapped[str] = mapped_column(ForeignKey("measurements.stage_id"), primary_key=True)
-    position: Mapped[int] = mapped_column(primary_key=True)
-    label: Mapped[str | None] = mapped_column(String(16))
-    label_reason: Mapped[str | None] = mapped_column(Text)
-    model: Mapped[str] = mapped_column(String(64))
-    reason: Mapped[str | None] = mapped_column(Text)
-    x_mm: Mapped[float | None]
-    y_mm: Mapped[float | None]
-    z_mm: Mapped[float | None]
-    x_sd_mm: Mapped[float | None]
-    y_sd_mm: Mapped[float | None]
-    z_sd_mm: Mapped[float | None]
-    alpha_deg: Mapped[float | None]
-    beta_deg: Mapped[float | None]
-    gamma_deg: Mapped[float | None]
-    error_mm: Mapped[float]
-    normal: Mapped[list[Any] | None] = mapped_column(JSON(none_as_null=True))
-    rotation: Mapped[list[Any] | None] = mapped_column(JSON(none_as_null=True))
-    rotation_sd_deg: Mapped[list[Any] | None] = mapped_column(JSON(none_as_null=True))
-    covariance: Mapped[list[Any] | None] = mapped_column(JSON(none_as_null=True))
-    balls: Mapped[Document]
-
-
-class Change(Base):
-    """One line of the append-only feed of changes, which is the audit too."""
-
-    __tablename__ = "changes"
+    __tablename__ = "events"
     __table_args__ = {"sqlite_autoincrement": True}  # noqa: RUF012 - as above; numbers are never used twice
 
     seq: Mapped[int] = mapped_column(BigInteger().with_variant(Integer, "sqlite"), primary_key=True)
     at: Mapped[datetime]
     action: Mapped[str] = mapped_column(String(64))
+    actor_kind: Mapped[str] = mapped_column(String(16))
+    actor_name: Mapped[str] = mapped_column(String(128))
     surgery_id: Mapped[str | None] = mapped_column(String(36), index=True)
     subject_id: Mapped[str] = mapped_column(String(36))

@@ -1,1 +1,1 @@
-"""How the ball network came about: simulated examples in, weights out. Needs PyTorch; nothing else does."""
+"""Training of the ball networks with simulated examples; the only package that needs PyTorch."""

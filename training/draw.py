@@ -1,4 +1,4 @@
-"""Draws examples by several processes."""
+"""Drawing of examples by several processes."""
 
 from __future__ import annotations
 
@@ -9,15 +9,35 @@ import cv2
 import numpy as np
 from rich.progress import Progress
 
-from spinewatch.simulation.images.examples import ExampleParameters, Examples, draw_examples
+from spinewatch.simulation.images.examples import ExampleParameters, Examples, random_examples
 
 _CHUNK = 2000
+"""Examples per chunk; part of what a seed means."""
 
 
 def draw(
     parameters: ExampleParameters, count: int, seed: int, processes: int, progress: Progress
 ) -> Examples:
-    """Draw examples in chunks with seeds of their own, so that the number of processes changes nothing."""
+    """Return random examples; the number of processes does not change them, because each chunk has its own seed.
+
+    Parameters
+    ----------
+    parameters
+        Properties of the examples.
+    count
+        Number of examples.
+    seed
+        Seed of the random numbers.
+    processes
+        Number of processes.
+    progress
+        Display of the number of examples drawn.
+
+    Returns
+    -------
+    examples : Examples
+        The examples.
+    """
     sizes = [min(_CHUNK, count - start) for start in range(0, count, _CHUNK)]
     seeds = np.random.SeedSequence([seed, parameters.grid.size]).spawn(len(sizes))
     task = progress.add_task(f"examples of {parameters.grid.size} x {parameters.grid.size}", total=count)
@@ -32,4 +52,4 @@ def draw(
 
 def _draw_chunk(seed: np.random.SeedSequence, count: int, parameters: ExampleParameters) -> Examples:
     cv2.setNumThreads(1)
-    return draw_examples(np.random.default_rng(seed), count, parameters)
+    return random_examples(np.random.default_rng(seed), count, parameters)

@@ -1,8 +1,13 @@
-"""Fits a ball network to examples: a ball or not, its centre with covariance, visible fraction, size, and the lamp.
+"""Fitting of a ball network to examples.
 
-Centres are weighed by the likelihood of Student's t about the predicted place with the predicted covariance, so that
-the network learns where it cannot know: Kendall and Gal, What uncertainties do we need in Bayesian deep learning for
-computer vision, 2017, with a heavier tail for examples that nobody could place.
+The network estimates whether there is a ball, its centre with covariance, its visible fraction, its size, and the
+direction of the lamp. Centres and lamp are fitted by maximum likelihood of Student's t distribution with the estimated
+covariance, so that the network learns its own uncertainty.
+
+References
+----------
+A. Kendall and Y. Gal, What uncertainties do we need in Bayesian deep learning for computer vision?, NeurIPS 2017;
+here with a heavier tail, for examples in which the ball cannot be located.
 """
 
 from __future__ import annotations
@@ -15,36 +20,57 @@ from rich.progress import Progress
 from torch import Tensor, nn
 from torch.nn import functional
 
-from spinewatch.detection.refinement.networks import OUTPUTS, UNITS, BallNet, Layer, normalise
+from spinewatch.arrays import Single
+from spinewatch.detection.refinement.networks import OUTPUTS, SCALES, BallNetwork, Layer, normalize
 from spinewatch.detection.refinement.patches import PatchGrid
 from spinewatch.simulation.images.examples import Examples
 
 BATCH = 256
 RATE = 2.5e-3
+WEIGHT_DECAY = 1e-3
 HELD_OUT = 3000
-"""Examples that are not learnt from; their errors are printed."""
-TOLD_SD, MEASURED_SD = 0.04, 0.03
-"""How uncertainly it is told where the lamp should hang, and where it does, on the unit sphere."""
-_HALF = 0.5
+"""Number of examples that are not trained on; the errors on them are printed."""
+EXPECTED_LAMP_SD, MEASURED_LAMP_SD = 0.04, 0.03
+"""Errors of the lamp input per axis, on the unit sphere: of the expected direction and of the measured one."""
+MEASURED_LAMP_SHARE = 0.5
+"""Fraction of the examples whose lamp input is the measured direction."""
+
+LAMP_WEIGHT = 0.3
+LOG_ODDS_WEIGHT = 2
+VISIBLE_WEIGHT = 0.5
+SIZE_WEIGHT = 20
+SIZE_BETA = 0.05
+"""Error of the logarithm of the size at which its loss becomes linear."""
+
+BALL, U, V, VISIBLE, LOG_SIZE, LAMP_U, LAMP_V = range(7)
+"""Columns of the truth: ball or not, centre in radii, visible fraction, logarithm of the size, lamp direction."""
 
 
 @dataclass(frozen=True)
 class Architecture:
-    """What a network is made of.
+    """The architecture of a network.
 
-    The patches' ``grid``; ``from_px``, the least width of balls it is for; ``convolutions`` (size, stride, channels);
-    units of the ``hidden`` layers.
+    Attributes
+    ----------
+    grid
+        Samples of its patches.
+    min_width_px
+        Least width of balls that it is for, px.
+    convolutions
+        (size, stride, channels) of each convolution.
+    hidden
+        Units of each of the two hidden layers.
     """
 
     grid: PatchGrid
-    from_px: float
+    min_width_px: float
     convolutions: tuple[tuple[int, int, int], ...]
     hidden: int
 
 
 @dataclass(frozen=True, eq=False)
 class _Model:
-    """The layers; the lamp's direction joins at the first hidden one."""
+    """The layers; the direction of the lamp is added at the first hidden one."""
 
     convolutions: nn.Sequential
     first: nn.Linear
@@ -58,40 +84,63 @@ class _Model:
         return [parameter for part in parts for parameter in part.parameters()]
 
     def __call__(self, patches: Tensor, lamp: Tensor) -> Tensor:
+        """Return the outputs (n, k) of patches (n, 1, size, size) with lamp inputs (n, 3)."""
         hidden = torch.relu(self.first(self.convolutions(patches).flatten(1)) + self.lamp(lamp))
         return self.last(torch.relu(self.second(hidden)))
 
 
 def fit(
     architecture: Architecture, examples: Examples, epochs: int, seed: int, progress: Progress
-) -> BallNet:
-    """Return the network trained on all but the last examples, whose errors are printed."""
+) -> BallNetwork:
+    """Return a network fitted to all examples except the last `HELD_OUT`, and print its errors on these.
+
+    Parameters
+    ----------
+    architecture
+        Architecture of the network.
+    examples
+        Examples on the network's grid.
+    epochs
+        Number of passes over the examples.
+    seed
+        Seed of the initial weights, the order and the augmentation of the examples.
+    progress
+        Display of the epochs; the errors are printed on its console.
+
+    Returns
+    -------
+    BallNetwork
+        The fitted network.
+    """
     torch.manual_seed(seed)
     model = _model(architecture)
-    x = torch.from_numpy(normalise(examples.patches.astype(np.float32)))[:, None]
-    up = torch.from_numpy(np.column_stack([examples.up, np.zeros(len(x), np.float32)]))
+    patches = torch.from_numpy(normalize(examples.patches.astype(np.float32)))[:, None]
+    expected = torch.from_numpy(np.column_stack([examples.up, np.zeros(len(patches), np.float32)]))
     columns = [examples.ball, examples.offset, examples.visible, examples.log_size, examples.lamp]
     truth = torch.from_numpy(np.column_stack(columns).astype(np.float32))
-    learnt = len(x) - HELD_OUT
-    batches = learnt // BATCH
-    optimizer = torch.optim.AdamW(model.parameters, lr=RATE, weight_decay=1e-3)
+    trained = len(patches) - HELD_OUT
+    batches = trained // BATCH
+    optimizer = torch.optim.AdamW(model.parameters, lr=RATE, weight_decay=WEIGHT_DECAY)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, RATE, total_steps=epochs * batches)
     task = progress.add_task(f"fit {architecture.grid.size} x {architecture.grid.size}", total=epochs)
     for _ in range(epochs):
-        order = torch.randperm(learnt)
+        order = torch.randperm(trained)
         for batch in order[: batches * BATCH].split(BATCH):
-            some = _turned(x[batch], _told(up[batch], truth[batch, 5:]), truth[batch])
+            lamp = _lamp_input(expected[batch], truth[batch, LAMP_U:])
+            some_patches, some_lamps, some_truth = _augmented(patches[batch], lamp, truth[batch])
             optimizer.zero_grad()
-            _loss(model(some[0], some[1]), some[2]).backward()
+            _loss(model(some_patches, some_lamps), some_truth).backward()
             optimizer.step()
             schedule.step()
         progress.advance(task)
     with torch.no_grad():
-        progress.console.print(_report(model(x[learnt:], up[learnt:]), truth[learnt:]))
+        outputs = model(patches[trained:], expected[trained:])
+        progress.console.print(_report(outputs, truth[trained:]))
     return _exported(architecture, model)
 
 
 def _model(architecture: Architecture) -> _Model:
+    """Return a model with random weights."""
     steps: list[nn.Module] = []
     size, channels = architecture.grid.size, 1
     for kernel, stride, out in architecture.convolutions:
@@ -107,64 +156,93 @@ def _model(architecture: Architecture) -> _Model:
     )
 
 
-def _told(up: Tensor, lamp: Tensor) -> Tensor:
-    """Return (n, 3) what is told of the lamp: for half of the examples where it does hang, and that this is known."""
-    known = (torch.rand(len(up), 1) < 0.5).float()
-    should = up[:, :2] + TOLD_SD * torch.randn(len(up), 2)
-    does = lamp + MEASURED_SD * torch.randn(len(up), 2)
-    return torch.cat([known * does + (1 - known) * should, known], dim=1)
+def _lamp_input(expected: Tensor, true: Tensor) -> Tensor:
+    """Return lamp inputs (n, 3): for some examples a measured direction and 1, for others the expected one and 0."""
+    is_measured = (torch.rand(len(expected), 1) < MEASURED_LAMP_SHARE).float()
+    expectation = expected[:, :2] + EXPECTED_LAMP_SD * torch.randn(len(expected), 2)
+    measurement = true + MEASURED_LAMP_SD * torch.randn(len(expected), 2)
+    return torch.cat([is_measured * measurement + (1 - is_measured) * expectation, is_measured], dim=1)
 
 
-def _turned(patches: Tensor, lamp: Tensor, truth: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """Return a batch mirrored and transposed at random: light falls from any side."""
+def _augmented(patches: Tensor, lamp: Tensor, truth: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """Return a batch that is mirrored and transposed at random, so that light comes from all sides."""
     lamp, truth = lamp.clone(), truth.clone()
-    right, down, swap = (torch.rand(3) < 0.5).tolist()
-    if right:
+    mirror_u, mirror_v, transpose = (torch.rand(3) < 0.5).tolist()
+    if mirror_u:
         patches, lamp[:, 0] = patches.flip(-1), -lamp[:, 0]
-        truth[:, [1, 5]] *= -1
-    if down:
+        truth[:, [U, LAMP_U]] *= -1
+    if mirror_v:
         patches, lamp[:, 1] = patches.flip(-2), -lamp[:, 1]
-        truth[:, [2, 6]] *= -1
-    if swap:
-        patches, lamp, truth = patches.transpose(-1, -2), lamp[:, [1, 0, 2]], truth[:, [0, 2, 1, 3, 4, 6, 5]]
+        truth[:, [V, LAMP_V]] *= -1
+    if transpose:
+        patches, lamp = patches.transpose(-1, -2), lamp[:, [1, 0, 2]]
+        truth = truth[:, [BALL, V, U, VISIBLE, LOG_SIZE, LAMP_V, LAMP_U]]
     return patches, lamp, truth
 
 
-def _loss(out: Tensor, truth: Tensor) -> Tensor:
-    ball = truth[:, 0] > _HALF
-    seen, of = out[ball], truth[ball]
-    freedom = UNITS["freedom"]
-    misfit = (freedom + 2) / 2 * torch.log1p(_squared(seen, of) / freedom) - seen[:, 3] - seen[:, 4]
-    far = (of[:, 5:] - UNITS["lamp"] * seen[:, 8:10]).square().sum(dim=1) * torch.exp(2 * seen[:, 10] + 4)
-    lamp_misfit = (freedom + 2) / 2 * torch.log1p(far / freedom) - 2 * seen[:, 10]
+def _loss(outputs: Tensor, truth: Tensor) -> Tensor:
+    """Return the loss of a batch: log-odds over all examples, everything else over those of balls."""
+    ball = truth[:, BALL] > 0.5
+    estimated, true = _by_name(outputs[ball]), truth[ball]
+    centre = _student_loss(_centre_chi2(estimated, true)) - estimated["log_u"] - estimated["log_v"]
+    lamp = _student_loss(_lamp_chi2(estimated, true)) - 2 * estimated["log_lamp"]
+    log_odds = functional.binary_cross_entropy_with_logits(
+        outputs[:, OUTPUTS.index("log_odds")], truth[:, BALL]
+    )
+    visible = functional.mse_loss(torch.sigmoid(estimated["visible"]), true[:, VISIBLE])
+    size = functional.smooth_l1_loss(
+        SCALES.log_size * estimated["log_size"], true[:, LOG_SIZE], beta=SIZE_BETA
+    )
     return (
-        misfit.mean()
-        + 0.3 * lamp_misfit.mean()
-        + 2 * functional.binary_cross_entropy_with_logits(out[:, 0], truth[:, 0])
-        + 0.5 * functional.mse_loss(torch.sigmoid(seen[:, 6]), of[:, 3])
-        + 20 * functional.smooth_l1_loss(UNITS["log_size"] * seen[:, 7], of[:, 4], beta=0.05)
+        centre.mean()
+        + LAMP_WEIGHT * lamp.mean()
+        + LOG_ODDS_WEIGHT * log_odds
+        + VISIBLE_WEIGHT * visible
+        + SIZE_WEIGHT * size
     )
 
 
-def _squared(seen: Tensor, of: Tensor) -> Tensor:
-    """Return the squared error (n,) of centres over their predicted covariance."""
-    du, dv = (of[:, 1:3] - UNITS["offset"] * seen[:, 1:3]).T
-    a, b = (torch.exp(seen[:, i] + UNITS["log_precision"]) for i in (3, 4))
-    return (a * du + seen[:, 5] * b * dv) ** 2 + (b * dv) ** 2
+def _by_name(outputs: Tensor) -> dict[str, Tensor]:
+    """Return the columns (n,) of outputs (n, k) by name."""
+    return {name: outputs[:, i] for i, name in enumerate(OUTPUTS)}
 
 
-def _report(out: Tensor, truth: Tensor) -> str:
-    clear = (truth[:, 0] > _HALF) & (truth[:, 3] > 0.9)
-    error = (truth[clear, 1:3] - UNITS["offset"] * out[clear, 1:3]).abs()
-    right = ((out[:, 0] > 0) == (truth[:, 0] > _HALF)).float().mean()
-    chi2 = _squared(out[clear], truth[clear]).mean() / 2 * (UNITS["freedom"] - 2) / UNITS["freedom"]
+def _student_loss(chi2: Tensor) -> Tensor:
+    """Return the negative log-likelihood (n,) of errors in two dimensions, without the term of the covariance."""
+    return (SCALES.dof + 2) / 2 * torch.log1p(chi2 / SCALES.dof)
+
+
+def _centre_chi2(estimated: dict[str, Tensor], true: Tensor) -> Tensor:
+    """Return the squared errors (n,) of centres with respect to their estimated covariance."""
+    du = true[:, U] - SCALES.offset * estimated["u"]
+    dv = true[:, V] - SCALES.offset * estimated["v"]
+    a, b = (torch.exp(estimated[name] + SCALES.log_precision) for name in ("log_u", "log_v"))
+    return (a * du + estimated["off_diagonal"] * b * dv) ** 2 + (b * dv) ** 2
+
+
+def _lamp_chi2(estimated: dict[str, Tensor], true: Tensor) -> Tensor:
+    """Return the squared errors (n,) of lamp directions over their estimated variance."""
+    direction = torch.stack([estimated["lamp_u"], estimated["lamp_v"]], dim=1)
+    squared = (true[:, LAMP_U:] - SCALES.lamp * direction).square().sum(dim=1)
+    return squared * torch.exp(2 * estimated["log_lamp"] + 2 * SCALES.log_lamp)
+
+
+def _report(outputs: Tensor, truth: Tensor) -> str:
+    """Return the errors of outputs (n, k) in one line."""
+    estimated, ball = _by_name(outputs), truth[:, BALL] > 0.5
+    clear = ball & (truth[:, VISIBLE] > 0.9)
+    offset = torch.stack([estimated["u"], estimated["v"]], dim=1)
+    error = (truth[clear, U:VISIBLE] - SCALES.offset * offset[clear]).abs()
+    correct = ((estimated["log_odds"] > 0) == ball).float().mean()
+    chi2 = _centre_chi2(_by_name(outputs[clear]), truth[clear]).mean() / 2 * (SCALES.dof - 2) / SCALES.dof
     return (
-        f"held out, lamp not known: median error {error.median():.4f} radii, RMS {error.square().mean().sqrt():.4f}, "
-        f"chi2 / dof {chi2:.2f}, told from other things {right:.1%}"
+        f"held out, lamp not measured: median error {error.median():.4f} radii, "
+        f"RMS {error.square().mean().sqrt():.4f}, chi2 / dof {chi2:.2f}, classified correctly {correct:.1%}"
     )
 
 
-def _exported(architecture: Architecture, model: _Model) -> BallNet:
+def _exported(architecture: Architecture, model: _Model) -> BallNetwork:
+    """Return the fitted model as the library evaluates it."""
     kinds = [part for part in model.convolutions if isinstance(part, nn.Conv2d)]
     layers = [
         Layer(
@@ -183,8 +261,8 @@ def _exported(architecture: Architecture, model: _Model) -> BallNet:
         Layer(part.weight.detach().numpy().T[None, None].copy(), _array(part.bias), 1)
         for part in (model.second, model.last)
     ]
-    return BallNet(architecture.grid, architecture.from_px, tuple(layers))
+    return BallNetwork(architecture.grid, architecture.min_width_px, tuple(layers))
 
 
-def _array(values: Tensor) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
+def _array(values: Tensor) -> Single:
     return np.asarray(values.detach().numpy(), dtype=np.float32)

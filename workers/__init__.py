@@ -1,1 +1,1 @@
-"""Worker processes: take a job, decode its pictures, call the library, write the result."""
+"""Worker processes: claim a job, decode its images, call the library, store the result."""

@@ -1,4 +1,4 @@
-"""One attempt at a job: keeps its lease alive and tells how far it is."""
+"""One attempt at a job: extends its lease and stores its progress."""
 
 from __future__ import annotations
 
@@ -10,42 +10,67 @@ from store.clock import utc_now
 from store.database import Database
 from store.jobs import Lease
 
-_LEAST_SECONDS_BETWEEN_NOTES = 0.1
+_MIN_SECONDS_BETWEEN_WRITES = 0.1
 
 
 class LeaseLostError(Exception):
-    """The job was cancelled or another worker has it: stop, and write nothing."""
+    """The job was cancelled or another worker has claimed it: stop, and write nothing."""
 
 
 class Attempt:
-    """Used by the thread that works and the one that beats; both may prolong the lease."""
+    """One attempt at a job; used by the thread that works and by the one that sends heartbeats.
 
-    def __init__(self, record: Database, lease: Lease, lease_for: timedelta) -> None:
+    Parameters
+    ----------
+    database
+        The database.
+    lease
+        The lease on the job.
+    lease_for
+        Duration of the lease from each heartbeat.
+    """
+
+    def __init__(self, database: Database, lease: Lease, lease_for: timedelta) -> None:
         self.lease = lease
-        self._record = record
+        self._database = database
         self._lease_for = lease_for
         self._started = time.monotonic()
-        self._noted = 0.0
-        self._progress = 0.0
+        self._written = 0.0
+        self._fraction = 0.0
         self._step: str | None = None
         self._lost = False
 
     @property
     def seconds(self) -> float:
-        """How long the attempt has run."""
+        """Time since the attempt began, s."""
         return time.monotonic() - self._started
 
-    def note(self, step: str, progress: float) -> None:
-        """Note the step that begins; raise ``LeaseLostError`` when going on makes no sense."""
-        self._step, self._progress = step, progress
-        if time.monotonic() - self._noted >= _LEAST_SECONDS_BETWEEN_NOTES:
-            self.beat()
+    def progress(self, step: str, fraction: float) -> None:
+        """Store the step that begins, as a ``Progress`` callback.
+
+        Parameters
+        ----------
+        step
+            Name of the step.
+        fraction
+            Fraction of the work done before it, 0 to 1.
+
+        Raises
+        ------
+        LeaseLostError
+            The lease is lost.
+        """
+        self._step, self._fraction = step, fraction
+        if time.monotonic() - self._written >= _MIN_SECONDS_BETWEEN_WRITES:
+            self.heartbeat()
         if self._lost:
             raise LeaseLostError
 
-    def beat(self) -> None:
-        """Prolong the lease."""
-        self._noted = time.monotonic()
-        with self._record.writing() as session:
-            held = jobs.extend(session, self.lease, utc_now() + self._lease_for, self._progress, self._step)
+    def heartbeat(self) -> None:
+        """Extend the lease."""
+        self._written = time.monotonic()
+        with self._database.write() as session:
+            held = jobs.heartbeat(
+                session, self.lease, utc_now() + self._lease_for, self._fraction, self._step
+            )
         self._lost = self._lost or not held

@@ -1,107 +1,107 @@
-"""The life of a worker process: one thread answers the bell, one keeps the lease, one sweeps."""
+"""A worker process: one thread handles jobs, one sends heartbeats, one sweeps."""
 
 from __future__ import annotations
 
 import os
-import resource
 import signal
+import socket
 import threading
-from collections.abc import Callable
 
-import numpy as np
 import structlog
 
+from contract.event import Actor, ActorKind
 from settings import Settings
 from store.clock import utc_now
 from store.database import Database
 from store.queue import JobQueue
+from workers.consumer import Consumer
+from workers.memory import keep_freed_memory, limit_memory
+from workers.periodic import start_periodic
+from workers.registry import Registry
 from workers.sweep import sweep
-from workers.worker import CarryOut, Worker
+from workers.worker import Worker
 
-_POLL_SECONDS = 0.02
+_HEARTBEATS_PER_LEASE = 5
 _SWEEP_SECONDS = 1.0
+_CHECK_SECONDS = 0.5
 _FINISH_SECONDS = 1.5
-_KEPT_BYTES = 16 << 20
 _OVERDUE_STATUS = 75  # EX_TEMPFAIL
 _log = structlog.get_logger("worker")
 
 
-def run(settings: Settings, carry_out: CarryOut) -> int:
-    """Answer the bell until SIGTERM or SIGINT; return the exit status."""
+def run(settings: Settings, registry: Registry) -> int:
+    """Work on jobs until SIGTERM or SIGINT.
+
+    Parameters
+    ----------
+    settings
+        The settings.
+    registry
+        Handlers by kind of job.
+
+    Returns
+    -------
+    int
+        Exit status.
+    """
     limit_memory(settings.worker_memory_bytes)
     keep_freed_memory()
-    record = Database(settings.database_url)
-    worker = Worker(record, settings, carry_out)
-    bell = JobQueue(settings.queue_file, worker.answer)
-    consumer = bell.huey.create_consumer(
-        workers=1,
-        periodic=False,
-        initial_delay=_POLL_SECONDS,
-        max_delay=_POLL_SECONDS,
-        backoff=1.0,
-        check_worker_health=False,
+    database = Database(settings.database_url)
+    worker = Worker(database, settings, registry, this_process())
+    queue = JobQueue(settings.queue, worker.handle)
+    consumer = Consumer(queue)
+    stop = _stop_on_signals()  # after the consumer, which sets signal handlers of its own
+    start_periodic(
+        "heartbeat",
+        settings.lease_seconds / _HEARTBEATS_PER_LEASE,
+        stop,
+        lambda: _heartbeat(worker, settings.max_run_seconds),
     )
-    consumer.start()
-    stop = threading.Event()
-    for number in (signal.SIGTERM, signal.SIGINT):  # after the consumer has set its own
-        signal.signal(number, lambda *_: stop.set())
-    _repeat("heartbeat", settings.lease_seconds / 5, stop, lambda: _beat(worker, settings.max_run_seconds))
-    _repeat("sweep", _SWEEP_SECONDS, stop, lambda: sweep(record, bell, utc_now()))
+    start_periodic("sweep", _SWEEP_SECONDS, stop, lambda: sweep(database, queue, utc_now()))
     _log.info("worker_ready", pid=os.getpid())
-    (_, answering), *_ = consumer.worker_threads
-    while not stop.wait(0.5):
-        if not answering.is_alive():
+    while not stop.wait(_CHECK_SECONDS):
+        if not consumer.alive:
             _log.error("worker_thread_died")
             return 1
-    consumer.stop_flag.set()
-    answering.join(_FINISH_SECONDS)
-    if answering.is_alive():
-        _give_back(worker, bell)
+    if not consumer.stop(_FINISH_SECONDS):
+        _release(worker, queue)
     _log.info("worker_stopped")
     os._exit(0)  # the library may be deep in native code, which an orderly exit would wait for
 
 
-def limit_memory(size_bytes: int) -> None:
-    """Bound this process's address space, so that no picture can take the machine's memory."""
-    _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    allowed = size_bytes if hard == resource.RLIM_INFINITY else min(size_bytes, hard)
-    resource.setrlimit(resource.RLIMIT_AS, (allowed, hard))
+def this_process() -> Actor:
+    """Return this worker process as an actor.
 
-
-def keep_freed_memory() -> None:
-    """Have freed memory kept for the next picture: fresh pages cost an eighth of the time of a detection.
-
-    glibc keeps blocks as large as the largest freed so far, and twice as much in all (mallopt(3), M_MMAP_THRESHOLD).
+    Returns
+    -------
+    Actor
+        Named by host and process.
     """
-    np.empty(_KEPT_BYTES, np.uint8)
+    return Actor(kind=ActorKind.WORKER, name=f"{socket.gethostname()[:100]}:{os.getpid()}")
 
 
-def _beat(worker: Worker, max_seconds: float) -> None:
+def _stop_on_signals() -> threading.Event:
+    stop = threading.Event()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: stop.set())
+    return stop
+
+
+def _heartbeat(worker: Worker, max_seconds: float) -> None:
     attempt = worker.attempt
     if attempt is None:
         return
     if attempt.seconds > max_seconds:
         _log.error("job_overdue", job_id=attempt.lease.job_id, seconds=round(attempt.seconds))
-        os._exit(_OVERDUE_STATUS)  # a thread cannot be ended; the lease runs out and another attempt follows
-    attempt.beat()
+        os._exit(_OVERDUE_STATUS)  # a thread cannot be ended; the lease expires and another attempt follows
+    attempt.heartbeat()
 
 
-def _give_back(worker: Worker, bell: JobQueue) -> None:
+def _release(worker: Worker, queue: JobQueue) -> None:
     try:
         job_id = worker.release()
         if job_id is not None:
-            bell.ring(job_id)
-            _log.info("job_given_back", job_id=job_id)
-    except Exception:  # the lease runs out instead
-        _log.exception("job_not_given_back")
-
-
-def _repeat(name: str, seconds: float, stop: threading.Event, action: Callable[[], object]) -> None:
-    def loop() -> None:
-        while not stop.wait(seconds):
-            try:
-                action()
-            except Exception:  # the database may be busy; the next round does it
-                _log.exception("round_failed", thread=name)
-
-    threading.Thread(target=loop, name=name, daemon=True).start()
+            queue.enqueue(job_id)
+            _log.info("job_released", job_id=job_id)
+    except Exception:  # the lease expires instead
+        _log.exception("job_not_released")

@@ -1,4 +1,4 @@
-"""The sweep: rings again for jobs that wait unrung, so that nothing depends on a bell that was lost."""
+"""The sweep: enqueues stalled jobs again, so that no job depends on a message that was lost."""
 
 from __future__ import annotations
 
@@ -8,26 +8,40 @@ from store import jobs
 from store.database import Database
 from store.queue import JobQueue
 
-_QUIET = timedelta(seconds=2)  # a job that was rung so recently may be about to be claimed
+_QUIET = timedelta(seconds=2)  # a job that was enqueued so recently may be about to be claimed
 
 
-def sweep(record: Database, bell: JobQueue, now: datetime) -> int:
-    """Ring for queued jobs and expired leases that nobody rang for lately; return how many were rung.
+def sweep(database: Database, queue: JobQueue, now: datetime) -> int:
+    """Enqueue stalled jobs again: queued ones, and running ones whose lease has expired.
 
-    A job whose ring still waits in the queue is left alone, or a backlog would multiply.
+    A job whose message still waits in the queue is left alone, or a backlog would multiply.
+
+    Parameters
+    ----------
+    database
+        The database.
+    queue
+        The queue.
+    now
+        The time.
+
+    Returns
+    -------
+    int
+        Number of jobs enqueued.
     """
-    with record.reading() as session:
-        unrung = jobs.unrung(session, now, _QUIET)
-    if not unrung:
+    with database.read() as session:
+        stalled = jobs.stalled(session, now, _QUIET)
+    if not stalled:
         return 0
-    waiting = bell.waiting()
-    rung = 0
-    for job_id in unrung:
+    waiting = queue.waiting()
+    count = 0
+    for job_id in stalled:
         if job_id in waiting:
             continue
-        with record.writing() as session:
-            ours = jobs.note_ring(session, job_id, now, _QUIET)
-        if ours:
-            bell.ring(job_id)
-            rung += 1
-    return rung
+        with database.write() as session:
+            marked = jobs.mark_enqueued(session, job_id, now, _QUIET)
+        if marked:
+            queue.enqueue(job_id)
+            count += 1
+    return count

@@ -1,45 +1,59 @@
-"""What a worker does when the bell rings: claim the job, do the work, write the end of it."""
+"""What a worker does with a job from the queue: claim it, run its handler, store the result."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from datetime import timedelta
-from typing import Any
 
 import structlog
 
+from contract.event import Actor
 from settings import Settings
 from spinewatch.errors import SpinewatchError
-from spinewatch.progress import Progress
 from store import jobs
 from store.clock import utc_now
 from store.database import Database
-from store.work import Work, work_of
 from workers.attempt import Attempt, LeaseLostError
-
-CarryOut = Callable[[Work, Progress], Mapping[str, Any]]
-"""From what there is to do to the document it ends with; raises a ``SpinewatchError`` for what cannot be done."""
+from workers.registry import Registry
 
 _log = structlog.get_logger("worker")
 
 
 class Worker:
-    """Works on one job at a time; ``attempt`` is the one at hand."""
+    """Works on one job at a time; ``attempt`` is the current one, None between jobs.
 
-    def __init__(self, record: Database, settings: Settings, carry_out: CarryOut) -> None:
+    Parameters
+    ----------
+    database
+        The database.
+    settings
+        Duration of a lease and number of attempts.
+    registry
+        Handlers by kind of job.
+    actor
+        This worker, as it appears in events.
+    """
+
+    def __init__(self, database: Database, settings: Settings, registry: Registry, actor: Actor) -> None:
         self.attempt: Attempt | None = None
-        self._record = record
-        self._carry_out = carry_out
+        self._database = database
+        self._registry = registry
+        self._actor = actor
         self._lease_for = timedelta(seconds=settings.lease_seconds)
         self._max_attempts = settings.max_attempts
 
-    def answer(self, job_id: str) -> None:
-        """Do the work on a job if it is there to be taken; a ring for any other job is no error."""
-        with self._record.writing() as session:
-            lease = jobs.claim(session, job_id, utc_now(), self._lease_for, self._max_attempts)
+    def handle(self, job_id: str) -> None:
+        """Work on a job if it can be claimed; a message about any other job is ignored.
+
+        Parameters
+        ----------
+        job_id
+            Identifier of the job.
+        """
+        with self._database.write() as session:
+            lease = jobs.claim(session, job_id, utc_now(), self._lease_for, self._max_attempts, self._actor)
         if lease is None:
             return
-        self.attempt = Attempt(self._record, lease, self._lease_for)
+        self.attempt = Attempt(self._database, lease, self._lease_for)
         try:
             with structlog.contextvars.bound_contextvars(job_id=job_id, attempt=lease.attempt):
                 self._work(self.attempt)
@@ -47,34 +61,50 @@ class Worker:
             self.attempt = None
 
     def release(self) -> str | None:
-        """Give the job at hand back to the queue, uncounted, and return its id."""
+        """Return the current job to the queue; the attempt does not count.
+
+        Returns
+        -------
+        str or None
+            Identifier of the job, which the caller enqueues; None when there is none or its lease is lost.
+        """
         attempt = self.attempt
         if attempt is None:
             return None
-        with self._record.writing() as session:
-            given_back = jobs.requeue(session, attempt.lease, utc_now(), count_attempt=False)
-        return attempt.lease.job_id if given_back else None
+        with self._database.write() as session:
+            held = jobs.requeue(session, attempt.lease, utc_now(), self._actor, count_attempt=False)
+        return attempt.lease.job_id if held else None
 
     def _work(self, attempt: Attempt) -> None:
         lease = attempt.lease
-        _log.info("job_started")
+        _log.info("job_started", kind=lease.kind)
         try:
-            with self._record.reading() as session:
-                work = work_of(session, lease)
-            result = self._carry_out(work, attempt.note)
-            with self._record.writing() as session:
-                held = jobs.succeed(session, lease, result, utc_now())
+            held = self._run_and_store(attempt)
         except LeaseLostError:
             _log.warning("lease_lost")
             return
         except SpinewatchError as error:
-            with self._record.writing() as session:
-                held = jobs.fail(session, lease, error.code, str(error), utc_now())
+            with self._database.write() as session:
+                held = jobs.fail(session, lease, error.code, str(error), utc_now(), self._actor)
             _log.warning("job_failed", code=error.code, held=held)
             return
-        except Exception:  # a fault of ours or of this machine: another attempt may do better
+        except Exception:  # a defect, or a fault of this machine: another attempt may succeed
             _log.exception("job_broke")
-            with self._record.writing() as session:
-                jobs.requeue(session, lease, utc_now(), count_attempt=True)
+            with self._database.write() as session:
+                jobs.requeue(session, lease, utc_now(), self._actor, count_attempt=True)
             return
         _log.info("job_succeeded" if held else "lease_lost", seconds=round(attempt.seconds, 3))
+
+    def _run_and_store(self, attempt: Attempt) -> bool:
+        """Return whether the lease was held to the end, so that the result is stored."""
+        lease = attempt.lease
+        handler = self._registry.handler(lease.kind)
+        with self._database.read() as session:
+            work = handler.load(session, lease)
+        result = handler.run(work, attempt.progress)
+        now = utc_now()
+        with self._database.write() as session:
+            held = jobs.succeed(session, lease, now)
+            if held:
+                handler.store(session, lease, result, now, self._actor)
+        return held

@@ -1,1 +1,1 @@
-"""Other ways to calibrate, written compactly for comparison; not part of the product."""
+"""Other methods of calibration, for comparison; not part of the product."""

@@ -31,7 +31,7 @@ class OpenCv:
 def opencv_camera(
     images: Sequence[ImagePoints], sensor: Sensor, focal_mm: float | None, flags: int = 0
 ) -> OpenCv:
-    """Return calibrateCamera's result; ``focal_mm`` is the guess that a field in relief needs, None for planes."""
+    """Return calibrateCamera's result; ``focal_mm`` is the initial value for a field in relief, None for planes."""
     X = [np.ascontiguousarray(i.control_mm, dtype=np.float32) for i in images]
     U = [np.ascontiguousarray(i.pixels, dtype=np.float32) for i in images]
     K, given = np.eye(3), cv2.CALIB_FIX_K3 | flags

@@ -8,14 +8,14 @@ from scipy.optimize import least_squares
 from spinewatch.arrays import Float
 from spinewatch.calibration.points import ImagePoints, Sensor
 from spinewatch.camera import Camera
-from spinewatch.geometry.rotations import angles_from_rotation
+from spinewatch.geometry.rotations import angles_from_rotation, nearest_rotation
 
 
 def tsai_two_stage(points: ImagePoints, sensor: Sensor) -> Camera:
     """Return a camera by the radial alignment constraint, then f, Tz and K1; the principal point is the centre.
 
     Stage 1 is linear in seven unknowns: a point and its image lie on one radius from the centre, whatever the
-    distortion and focal length. Stage 2 starts linear without distortion and ends with three unknowns adjusted.
+    distortion and focal length. Stage 2 is linear without distortion, then adjusts three unknowns.
     """
     xy = sensor.camera().plate(points.pixels)
     X = points.control_mm
@@ -44,16 +44,15 @@ def tsai_two_stage(points: ImagePoints, sensor: Sensor) -> Camera:
             radial=(float(v[2]), 0.0),
         )
 
-    def miss(v: Float) -> Float:
+    def residuals(v: Float) -> Float:
         ideal = xy * (1 + v[2] * (xy**2).sum(axis=1, keepdims=True))
         return np.asarray((ideal + v[0] * across / (along + v[1])[:, None]).ravel())
 
-    return camera(least_squares(miss, np.array([f, tz, 0.0]), x_scale="jac").x)
+    return camera(least_squares(residuals, np.array([f, tz, 0.0]), x_scale="jac").x)
 
 
 def _orientation(a: Float, ty: float) -> tuple[Float, Float]:
     """Return M (3, 3) and (Tx, Ty) from the seven constants and the sign and size of Ty."""
     sx = np.linalg.norm(a[:3]) * abs(ty)
     r1, r2 = a[:3] * ty / sx, a[4:7] * ty
-    U, _, Vt = np.linalg.svd(np.stack([r1, r2, np.cross(r1, r2)]))
-    return np.asarray(U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt), np.array([a[3] * ty / sx, ty])
+    return nearest_rotation(np.stack([r1, r2, np.cross(r1, r2)])), np.array([a[3] * ty / sx, ty])

@@ -1,1 +1,1 @@
-"""Parts that several commands share."""
+"""Code shared by several commands."""

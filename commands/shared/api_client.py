@@ -1,4 +1,4 @@
-"""A capture cart: submits calibrations, surgeries and stages to the service and asks for results."""
+"""Client of the HTTP API: submits calibrations, surgeries and stages, and reads results."""
 
 from __future__ import annotations
 
@@ -9,34 +9,37 @@ from typing import Any
 
 import httpx
 
+from commands.shared.files import read_bytes
 from spinewatch.errors import SpinewatchError
 
 _SIDES = ("left", "right")
-_REQUEST_SECONDS = 30.0
+_TIMEOUT_SECONDS = 30.0
 
 Document = dict[str, Any]
 
 
 class ServiceError(SpinewatchError):
-    """The service refused a request, cannot be reached, or does not finish its work."""
+    """The service rejected a request, cannot be reached, or does not finish a job."""
 
     code = "service"
 
 
 @dataclass(frozen=True)
-class Submitted:
-    """A stage that was accepted, with the path of its job."""
+class SubmittedStage:
+    """A stage accepted by the service: its name and the path of its job."""
 
     name: str
     job_path: str
 
 
 class ApiClient:
-    """Talks to one service; use as a context manager."""
+    """A client of one service; a context manager."""
 
-    def __init__(self, url: str) -> None:
+    def __init__(self, url: str, transport: httpx.BaseTransport | None = None) -> None:
         self.url = url.rstrip("/")
-        self._client = httpx.Client(base_url=self.url, timeout=_REQUEST_SECONDS, trust_env=False)
+        self._client = httpx.Client(
+            base_url=self.url, timeout=_TIMEOUT_SECONDS, trust_env=False, transport=transport
+        )
 
     def __enter__(self) -> ApiClient:
         return self
@@ -47,45 +50,46 @@ class ApiClient:
         self._client.close()
 
     def ready(self) -> bool:
-        """Return whether the service answers that it is healthy."""
+        """Return whether the service reports that it is ready."""
         try:
             return self._client.get("/v1/health", timeout=1.0).is_success
         except httpx.HTTPError:
             return False
 
-    def submit_calibration(self, rig_json: bytes) -> str:
-        """Store a rig and return the calibration's id."""
+    def add_calibration(self, rig_json: bytes) -> str:
+        """Store a rig and return the identifier of the calibration."""
         headers = {"Content-Type": "application/json"}
-        return str(self._ask("POST", "/v1/calibrations", content=rig_json, headers=headers).json()["id"])
+        return str(self._request("POST", "/v1/calibrations", content=rig_json, headers=headers).json()["id"])
 
-    def open_surgery(self, surgery: Document) -> str:
-        """Open a surgery and return its id."""
-        return str(self._ask("POST", "/v1/surgeries", json=surgery).json()["id"])
+    def add_surgery(self, surgery: Document) -> str:
+        """Store a surgery and return its identifier."""
+        return str(self._request("POST", "/v1/surgeries", json=surgery).json()["id"])
 
-    def submit_stage(self, surgery_id: str, name: str, calibration_id: str, folder: Path) -> Submitted:
-        """Upload the pair ``left.png`` and ``right.png`` of a folder as a stage."""
-        files = {side: (f"{side}.png", (folder / f"{side}.png").read_bytes(), "image/png") for side in _SIDES}
+    def submit_stage(self, surgery_id: str, name: str, calibration_id: str, folder: Path) -> SubmittedStage:
+        """Submit ``left.png`` and ``right.png`` of a folder as a stage."""
+        files = {side: (f"{side}.png", read_bytes(folder / f"{side}.png"), "image/png") for side in _SIDES}
         fields = {"name": name, "calibration_id": calibration_id}
-        answer = self._ask("POST", f"/v1/surgeries/{surgery_id}/stages", data=fields, files=files)
-        return Submitted(name, answer.headers["Location"])
+        response = self._request("POST", f"/v1/surgeries/{surgery_id}/stages", data=fields, files=files)
+        return SubmittedStage(name, response.headers["Location"])
 
     def get(self, path: str) -> Document:
-        """Return the document at a path."""
-        document: Document = self._ask("GET", path).json()
+        """Return the JSON document at a path."""
+        document: Document = self._request("GET", path).json()
         return document
 
-    def _ask(self, method: str, path: str, **content: Any) -> httpx.Response:
+    def _request(self, method: str, path: str, **content: Any) -> httpx.Response:
         try:
-            answer = self._client.request(method, path, **content)
+            response = self._client.request(method, path, **content)
         except httpx.HTTPError as error:
             raise ServiceError(f"no answer from {self.url}: {error}; is the service running?") from error
-        if answer.is_success:
-            return answer
-        raise ServiceError(f"{method} {path}: {_problem(answer)}")
+        if response.is_success:
+            return response
+        raise ServiceError(f"{method} {path}: {_problem(response)}")
 
 
-def _problem(answer: httpx.Response) -> str:
-    if answer.headers.get("Content-Type", "").startswith("application/problem+json"):
-        problem = answer.json()
-        return f"{answer.status_code} {problem.get('detail') or problem.get('title')}"
-    return f"{answer.status_code} {answer.reason_phrase}"
+def _problem(response: httpx.Response) -> str:
+    """Return the status of a response and the detail of its problem document, if it has one."""
+    if response.headers.get("Content-Type", "").startswith("application/problem+json"):
+        problem = response.json()
+        return f"{response.status_code} {problem.get('detail') or problem.get('title')}"
+    return f"{response.status_code} {response.reason_phrase}"

@@ -1,4 +1,4 @@
-"""Settings from the environment and the command's options, and the log that goes with them."""
+"""Settings from options and the environment, and the log of a process."""
 
 from __future__ import annotations
 
@@ -13,51 +13,75 @@ if TYPE_CHECKING:
 
 
 class SettingsError(SpinewatchError):
-    """A setting has a value that cannot be used."""
+    """A setting has an invalid value."""
 
     code = "invalid-setting"
 
 
 def load_settings(**options: Any) -> Settings:
-    """Return the settings, an option before its environment variable; raise ``SettingsError``."""
-    from pydantic import ValidationError  # noqa: PLC0415 - --help can do without
+    """Return the settings; an option overrides its environment variable. Raises ``SettingsError``."""
+    from pydantic import ValidationError  # noqa: PLC0415 - --help does not need it
 
     from settings import Settings  # noqa: PLC0415
 
     try:
         return Settings(**{key: value for key, value in options.items() if value is not None})
     except ValidationError as error:
-        doubts = "; ".join(f"SPINEWATCH_{str(e['loc'][0]).upper()}: {e['msg']}" for e in error.errors())
-        raise SettingsError(f"{doubts}; see docs/operations.md") from error
+        problems = "; ".join(f"SPINEWATCH_{str(e['loc'][0]).upper()}: {e['msg']}" for e in error.errors())
+        raise SettingsError(f"{problems}; see docs/operations.md") from error
 
 
-def require_record(settings: Settings) -> None:
-    """Raise ``DatabaseNotReadyError`` unless the database has the tables that this version works with."""
-    from store.database import Database  # noqa: PLC0415 - --help can do without
+def require_database(settings: Settings) -> None:
+    """Raise ``DatabaseNotReadyError`` unless the database has the tables of this version."""
+    from store.database import Database  # noqa: PLC0415 - --help does not need it
     from store.revision import require_revision  # noqa: PLC0415
 
-    record = Database(settings.database_url)
-    require_revision(record)
-    record.close()
+    database = Database(settings.database_url)
+    require_revision(database)
+    database.close()
+
+
+def migrate_database(settings: Settings) -> None:
+    """Create the database or migrate it to this version; raises ``DatabaseNotReadyError`` if that is impossible."""
+    from sqlalchemy.exc import DBAPIError, SQLAlchemyError  # noqa: PLC0415 - --help does not need it
+
+    from migrations.history import upgrade  # noqa: PLC0415
+    from store.errors import DatabaseNotReadyError  # noqa: PLC0415
+
+    try:
+        upgrade(settings.database_url)
+    except (OSError, SQLAlchemyError) as error:
+        reason = error.orig if isinstance(error, DBAPIError) else error
+        summary = str(reason).partition("\n")[0]
+        raise DatabaseNotReadyError(
+            f"the database cannot be created or migrated: {summary}; check SPINEWATCH_DATABASE_URL"
+        ) from error
+
+
+def require_queue(settings: Settings) -> None:
+    """Raise ``QueueURLError`` unless the URL of the queue can be used."""
+    from store.queue import JobQueue  # noqa: PLC0415 - --help does not need it
+
+    JobQueue(settings.queue).close()
 
 
 def start_log(settings: Settings) -> None:
-    """Send everything that is logged to stderr, one line an event."""
-    import structlog  # noqa: PLC0415 - --help can do without
+    """Send all log records to stderr, one line per event."""
+    import structlog  # noqa: PLC0415 - --help does not need it
 
-    before: list[Any] = [
+    shared: list[Any] = [
         structlog.contextvars.merge_contextvars,
         structlog.stdlib.add_logger_name,
         structlog.stdlib.add_log_level,
         structlog.processors.TimeStamper(fmt="iso", utc=True),
     ]
     if settings.log_format == "json":
-        last: list[Any] = [structlog.processors.format_exc_info, structlog.processors.JSONRenderer()]
+        render: list[Any] = [structlog.processors.format_exc_info, structlog.processors.JSONRenderer()]
     else:
         plain = structlog.dev.plain_traceback
-        last = [structlog.dev.ConsoleRenderer(colors=sys.stderr.isatty(), exception_formatter=plain)]
+        render = [structlog.dev.ConsoleRenderer(colors=sys.stderr.isatty(), exception_formatter=plain)]
     structlog.configure(
-        processors=[*before, structlog.stdlib.ProcessorFormatter.wrap_for_formatter],
+        processors=[*shared, structlog.stdlib.ProcessorFormatter.wrap_for_formatter],
         logger_factory=structlog.stdlib.LoggerFactory(),
         wrapper_class=structlog.stdlib.BoundLogger,
         cache_logger_on_first_use=True,
@@ -65,8 +89,8 @@ def start_log(settings: Settings) -> None:
     handler = logging.StreamHandler(sys.stderr)
     remove_meta = structlog.stdlib.ProcessorFormatter.remove_processors_meta
     handler.setFormatter(
-        structlog.stdlib.ProcessorFormatter(foreign_pre_chain=before, processors=[remove_meta, *last])
+        structlog.stdlib.ProcessorFormatter(foreign_pre_chain=shared, processors=[remove_meta, *render])
     )
     logging.basicConfig(level=settings.log_level.upper(), handlers=[handler], force=True)
-    for chatty in ("uvicorn", "huey", "alembic"):
-        logging.getLogger(chatty).setLevel(logging.WARNING)
+    for verbose in ("uvicorn", "huey", "alembic"):
+        logging.getLogger(verbose).setLevel(logging.WARNING)

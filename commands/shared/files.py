@@ -1,26 +1,28 @@
-"""Text files that the user named, read and written with a named error."""
+"""Files named on the command line, read and written with named errors."""
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any
 
 from spinewatch.errors import SpinewatchError
 
 
 class InputError(SpinewatchError):
-    """A file that the user named cannot be read."""
+    """A file cannot be read."""
 
     code = "unreadable-file"
 
 
 class OutputError(SpinewatchError):
-    """A result cannot be written where the user asked."""
+    """A file cannot be written."""
 
     code = "unwritable-file"
 
 
 def read_bytes(path: Path) -> bytes:
-    """Return a file's content; raises ``InputError``."""
+    """Return the content of a file; raises ``InputError``."""
     try:
         return path.read_bytes()
     except OSError as error:
@@ -28,16 +30,37 @@ def read_bytes(path: Path) -> bytes:
 
 
 def read_text(path: Path) -> str:
-    """Return a text file in UTF-8; raises ``InputError``."""
+    """Return the content of a UTF-8 text file; raises ``InputError``."""
     try:
         return read_bytes(path).decode("utf-8")
     except UnicodeDecodeError as error:
-        raise InputError(f"{path} is not a text file") from error
+        raise InputError(f"{path} is not a text file in UTF-8") from error
+
+
+def read_json(path: Path) -> Any:
+    """Return the content of a JSON file; raises ``InputError``."""
+    try:
+        return json.loads(read_text(path))
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path} is not JSON") from error
+
+
+def make_folder(path: Path) -> None:
+    """Create a folder and those above it, if missing; raises ``OutputError``."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"cannot create {path}: {error.strerror}") from error
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a file; raises ``OutputError``."""
+    try:
+        path.write_bytes(content)
+    except OSError as error:
+        raise OutputError(f"cannot write {path}: {error.strerror}") from error
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file in UTF-8; raises ``OutputError``."""
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"cannot write {path}: {error.strerror}") from error
+    """Write a UTF-8 text file; raises ``OutputError``."""
+    write_bytes(path, text.encode("utf-8"))

@@ -1,4 +1,4 @@
-"""A service of one's own: ``spinewatch run`` as a child process that ends with this one."""
+"""A private service: ``spinewatch run`` as a child process that ends with this one."""
 
 from __future__ import annotations
 
@@ -9,18 +9,20 @@ import sys
 from pathlib import Path
 from time import monotonic, sleep
 from types import TracebackType
+from typing import BinaryIO
 
 from commands.shared.api_client import ApiClient, ServiceError
+from commands.shared.files import OutputError, make_folder
 
 _HOST = "127.0.0.1"
-_PORTS_TRIED = 50
+_MAX_PORTS = 50
 _START_SECONDS = 60.0
 _STOP_SECONDS = 10.0
-_LOG_TAIL = 5
+_LOG_TAIL_LINES = 5
 
 
 class LocalService:
-    """Starts the service with its record in ``folder``; a context manager that is left when it is stopped."""
+    """A context manager: starts a service with its database in ``folder``, and stops it on exit."""
 
     def __init__(self, folder: Path, port: int) -> None:
         self._folder = folder.resolve()
@@ -29,21 +31,21 @@ class LocalService:
         self.url = f"http://{_HOST}:{self.port}"
 
     def __enter__(self) -> LocalService:
-        self._folder.mkdir(parents=True, exist_ok=True)
-        print(f"Starting the service at {self.url}, record in {self._folder} ...", flush=True)  # noqa: T201
+        log = self._open_log()
+        print(f"Starting the service at {self.url}, database in {self._folder} ...", flush=True)  # noqa: T201
         settings = {
             "SPINEWATCH_DATABASE_URL": f"sqlite:///{self._folder / 'spinewatch.sqlite'}",
             "SPINEWATCH_HOST": _HOST,
             "SPINEWATCH_PORT": str(self.port),
         }
-        with self._log.open("wb") as log:
+        with log:
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "commands", "run"],
                 env={**os.environ, **settings},
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
-                start_new_session=True,  # Ctrl-C is ours: the service is then asked to stop
+                start_new_session=True,  # Ctrl-C reaches only this process, which then stops the service
             )
         try:
             self._wait_until_ready()
@@ -58,21 +60,28 @@ class LocalService:
         self._stop()
 
     def serve_until_interrupted(self) -> None:
-        """Wait for Ctrl-C; raises ``ServiceError`` when the service ends by itself."""
+        """Wait for Ctrl-C; raises ``ServiceError`` if the service ends first."""
         print(f"Serving at {self.url} until Ctrl-C; log in {self._log}", flush=True)  # noqa: T201
         try:
             self._process.wait()
         except KeyboardInterrupt:
             return
-        raise ServiceError(f"the service ended: {self._last_words()}")
+        raise ServiceError(f"the service ended: {self._log_tail()}")
+
+    def _open_log(self) -> BinaryIO:
+        make_folder(self._folder)
+        try:
+            return self._log.open("wb")
+        except OSError as error:
+            raise OutputError(f"cannot write {self._log}: {error.strerror}") from error
 
     def _wait_until_ready(self) -> None:
-        end = monotonic() + _START_SECONDS
-        with ApiClient(self.url) as cart:
-            while not cart.ready():
+        deadline = monotonic() + _START_SECONDS
+        with ApiClient(self.url) as client:
+            while not client.ready():
                 if self._process.poll() is not None:
-                    raise ServiceError(f"the service did not start: {self._last_words()}")
-                if monotonic() > end:
+                    raise ServiceError(f"the service did not start: {self._log_tail()}")
+                if monotonic() > deadline:
                     raise ServiceError(
                         f"the service is not ready after {_START_SECONDS:.0f} s; see {self._log}"
                     )
@@ -86,14 +95,14 @@ class LocalService:
             self._process.kill()
             self._process.wait()
 
-    def _last_words(self) -> str:
+    def _log_tail(self) -> str:
         lines = self._log.read_text(errors="replace").strip().splitlines()
-        return " | ".join(lines[-_LOG_TAIL:]) or f"see {self._log}"
+        return " | ".join(lines[-_LOG_TAIL_LINES:]) or f"see {self._log}"
 
 
 def free_port(first: int) -> int:
-    """Return the first free port from ``first`` on; raises ``ServiceError`` when all are taken."""
-    for port in range(first, min(first + _PORTS_TRIED, 65536)):
+    """Return the first free port from ``first`` on; raises ``ServiceError`` if none is free."""
+    for port in range(first, min(first + _MAX_PORTS, 65536)):
         with socket.socket() as probe:
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             try:
@@ -101,4 +110,4 @@ def free_port(first: int) -> int:
             except OSError:
                 continue
             return port
-    raise ServiceError(f"ports {first} to {first + _PORTS_TRIED - 1} are taken; choose another with --port")
+    raise ServiceError(f"ports {first} to {first + _MAX_PORTS - 1} are in use; choose another with --port")

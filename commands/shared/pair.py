@@ -1,25 +1,28 @@
-"""One stereo pair from files to a JSON document, with every doubt about the files named."""
+"""Measurement of one stereo pair from files."""
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal
 
+from commands.shared.files import read_bytes
+from commands.shared.rig import read_rig
 from commands.shared.stopwatch import Stopwatch
-from contract.stage_documents import stage_document
+from contract.stage import StageResult
 from spinewatch.arrays import Pixels
-from spinewatch.camera import Rig
-from spinewatch.errors import ImageError, ImageSizeError, RigError, SameImageError, SpinewatchError
+from spinewatch.detection.candidates.templates import (
+    TemplateError,
+    TemplateSet,
+    default_template_set,
+    read_template_set,
+)
+from spinewatch.errors import ImageError, ImageSizeError, SameImageError
 from spinewatch.imaging.decoding import decode_image
+from spinewatch.imaging.frame import Frame
 from spinewatch.imaging.header import inspect_image
-from spinewatch.pipeline import StageRequest, measure_stage
-from spinewatch.rig_files.rig_json import parse_rig
-
-
-class InputError(SpinewatchError):
-    """A file that the user named cannot be read."""
-
-    code = "unreadable-file"
+from spinewatch.pipeline import StageMeasurer, StageRequest
 
 
 def measure_pair(
@@ -29,50 +32,50 @@ def measure_pair(
     labels: tuple[str, ...],
     spine_axis: Literal["x", "y", "auto"],
     triads: int | None,
+    templates_path: Path | None = None,
 ) -> dict[str, Any]:
-    """Return the stage document of two picture files, with ``timings_ms`` a step and in total.
+    """Return the stage document of two image files, with ``timings_ms`` per step and in total.
 
     Raises a ``SpinewatchError`` that names the file and what is wrong with it.
     """
     rig = read_rig(rig_path)
-    left_bytes, right_bytes = _read(left), _read(right)
+    templates = _templates(templates_path)
+    left_bytes, right_bytes = read_bytes(left), read_bytes(right)
     if left_bytes == right_bytes:
-        raise SameImageError(f"{left} and {right} are the same picture; give the left and the right one")
+        raise SameImageError(f"{left} and {right} are the same image; give the left and the right one")
     clock = Stopwatch()
     clock("decode")
-    pair = (
-        _picture(left, left_bytes, rig.left.image_size_px),
-        _picture(right, right_bytes, rig.right.image_size_px),
+    frames = (
+        Frame(_image(left, left_bytes, rig.left.image_size_px), "left"),
+        Frame(_image(right, right_bytes, rig.right.image_size_px), "right"),
     )
     request = StageRequest(labels=labels, spine_axis=spine_axis, triads=triads)
-    measurement = measure_stage(*pair, rig, request, progress=clock)
+    clock("prepare")
+    with ThreadPoolExecutor(max_workers=1) as pool:
+        measurement = StageMeasurer(rig, templates=templates, pool=pool).measure(*frames, request, clock)
     timings = clock.stop()
-    return {**stage_document(measurement), "timings_ms": timings}
+    result = StageResult.of(measurement, version("spinewatch"))
+    return {**result.model_dump(mode="json"), "timings_ms": timings}
 
 
-def read_rig(path: Path) -> Rig:
-    """Return the rig in a file; raise a ``SpinewatchError`` that names the file and what is wrong."""
+def _templates(path: Path | None) -> TemplateSet:
+    if path is None:
+        return default_template_set()
     try:
-        return parse_rig(_read(path))
-    except RigError as error:
-        raise RigError(error.field, f"of {path} {error.problem}") from error
+        return read_template_set(read_bytes(path))
+    except TemplateError as error:
+        raise TemplateError(f"{path}: {error}") from error
 
 
-def _picture(path: Path, data: bytes, calibrated: tuple[int, int]) -> Pixels:
+def _image(path: Path, data: bytes, calibrated_px: tuple[int, int]) -> Pixels:
+    """Return the image in a file, (H, W); its size is checked before it is decoded."""
     try:
         size = inspect_image(data).size
-        if size == calibrated:
+        if size == calibrated_px:
             return decode_image(data)
     except ImageError as error:
         raise ImageError(f"{path}: {error}") from error
     raise ImageSizeError(
-        f"{path} is {size[0]} x {size[1]} px, but the rig's camera is calibrated for"
-        f" {calibrated[0]} x {calibrated[1]} px; give a picture and a rig that belong together"
+        f"{path} is {size[0]} x {size[1]} px, but its camera is calibrated for"
+        f" {calibrated_px[0]} x {calibrated_px[1]} px; give the rig of the cameras that took the images"
     )
-
-
-def _read(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error

@@ -1,40 +1,52 @@
-"""The sample surgery from upload to tables."""
+"""Measurement of a sample surgery over HTTP, from upload to tables."""
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
-from commands.shared.api_client import ApiClient, Document, ServiceError, Submitted
-from commands.shared.follow import follow
+from commands.shared.api_client import ApiClient, Document, ServiceError, SubmittedStage
+from commands.shared.files import InputError, read_bytes, read_json
+from commands.shared.job_progress import wait_for_jobs
 from commands.shared.surgery_tables import print_flags, print_links, print_motion, print_note, print_triads
 
+_SURGERY_FIELDS = ("vertebrae", "reference_vertebra", "spine_axis")
 
-def measure_surgery(cart: ApiClient, folder: Path) -> bool:
+
+def measure_surgery(client: ApiClient, folder: Path) -> bool:
     """Submit the stages in ``folder``, wait, print the results; return whether every job succeeded."""
-    plan = json.loads((folder / "surgery.json").read_text())
-    surgery_id, submitted = _submit(cart, folder, plan)
+    sample = _read_sample(folder / "surgery.json")
+    surgery_id, submitted = _submit(client, folder, sample)
     surgery = f"/v1/surgeries/{surgery_id}"
-    jobs = follow(cart, submitted)
+    jobs = wait_for_jobs(client, submitted)
     measured = [stage.name for stage in submitted if jobs[stage.name]["state"] == "succeeded"]
-    stages = {name: cart.get(f"{surgery}/stages/{name}") for name in plan["stages"]}
-    print_triads({name: cart.get(f"{surgery}/stages/{name}/triads") for name in measured})
-    for later in plan["stages"][1:]:
-        _print_motion(cart, surgery, plan["stages"][0], later)
+    stages = {name: client.get(f"{surgery}/stages/{name}") for name in sample["stages"]}
+    print_triads({name: client.get(f"{surgery}/stages/{name}/triads") for name in measured})
+    first, *others = sample["stages"]
+    for name in others:
+        _print_motion(client, surgery, first, name)
     print_flags(stages, jobs)
-    print_links(cart.url, surgery)
+    print_links(client.url, surgery)
     return len(measured) == len(submitted)
 
 
-def _print_motion(cart: ApiClient, surgery: str, first: str, later: str) -> None:
+def _read_sample(path: Path) -> Document:
+    sample: Document = read_json(path)
+    if missing := {"id", "stages", *_SURGERY_FIELDS} - set(sample):
+        raise InputError(f"{path} lacks {', '.join(sorted(missing))}; restore the sample surgery")
+    return sample
+
+
+def _submit(client: ApiClient, folder: Path, sample: Document) -> tuple[str, list[SubmittedStage]]:
+    calibration = client.add_calibration(read_bytes(folder / "rig.json"))
+    fields = {key: sample[key] for key in _SURGERY_FIELDS}
+    surgery = client.add_surgery({"reference": f"SAMPLE-{sample['id']}", **fields})
+    return surgery, [
+        client.submit_stage(surgery, name, calibration, folder / name) for name in sample["stages"]
+    ]
+
+
+def _print_motion(client: ApiClient, surgery: str, start: str, end: str) -> None:
     try:
-        print_motion(cart.get(f"{surgery}/motion?from={first}&to={later}"))
+        print_motion(client.get(f"{surgery}/motion?from={start}&to={end}"))
     except ServiceError as error:  # a stage or the reference triad was not measured
-        print_note(f"no motion from {first} to {later}: {error}")
-
-
-def _submit(cart: ApiClient, folder: Path, plan: Document) -> tuple[str, list[Submitted]]:
-    calibration = cart.submit_calibration((folder / "rig.json").read_bytes())
-    case = {key: plan[key] for key in ("vertebrae", "reference_vertebra", "spine_axis")}
-    surgery = cart.open_surgery({"reference": f"SAMPLE-{plan['id']}", **case})
-    return surgery, [cart.submit_stage(surgery, name, calibration, folder / name) for name in plan["stages"]]
+        print_note(f"no motion from {start} to {end}: {error}")

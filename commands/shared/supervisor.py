@@ -1,4 +1,4 @@
-"""Keeps child processes alive, and lets none outlive it."""
+"""Supervision of child processes: any that ends is restarted, and none outlives the supervisor."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ import structlog
 
 _log = structlog.get_logger("supervisor")
 
-REFUSED = 2
-"""The exit status of a command that cannot start as things are; starting it again would not help."""
+CANNOT_START = 2
+"""Exit status of a command that cannot start until its settings or its database change; it is not restarted."""
 
-_PAUSE_SECONDS = 0.1
-_LONGEST_BACKOFF_SECONDS = 10.0
+_POLL_SECONDS = 0.1
+_FIRST_BACKOFF_SECONDS = 0.5
+_MAX_BACKOFF_SECONDS = 10.0
 _HEALTHY_SECONDS = 30.0
 _STOP_SECONDS = 6.0
 _PR_SET_PDEATHSIG = 1
@@ -27,7 +28,7 @@ _PR_SET_PDEATHSIG = 1
 
 @dataclass
 class Child:
-    """A process that is to run: its name in the log, its command, and how its last lives went."""
+    """A supervised process: its name in the log, its command, and its restarts (times in s, monotonic clock)."""
 
     name: str
     command: Sequence[str]
@@ -38,33 +39,32 @@ class Child:
 
 
 class Supervisor:
-    """Starts children, restarts the dead (at once, then ever later), and stops all together."""
+    """Starts children, restarts any that end (at once, then with increasing delay), and stops all together."""
 
     def __init__(self, children: Sequence[Child], environment: Mapping[str, str]) -> None:
         self._children = children
         self._environment = {**os.environ, **environment}
         self._stopping = False
 
-    def run(self, each_round: Callable[[], None]) -> int:
-        """Watch until SIGTERM or SIGINT, calling ``each_round`` often; return the exit status."""
+    def run(self, on_poll: Callable[[], None]) -> int:
+        """Supervise until SIGTERM or SIGINT, calling ``on_poll`` at each poll; return the exit status."""
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, self._stop)
-        status = 0
         try:
             while not self._stopping:
-                if any(self._watch(child) == REFUSED for child in self._children):
-                    status = REFUSED
-                    break
-                each_round()
-                time.sleep(_PAUSE_SECONDS)
+                if any(self._poll(child) == CANNOT_START for child in self._children):
+                    return CANNOT_START
+                on_poll()
+                time.sleep(_POLL_SECONDS)
         finally:
-            self._end()
-        return status
+            self._end_children()
+        return 0
 
     def _stop(self, *_: object) -> None:
         self._stopping = True
 
-    def _watch(self, child: Child) -> int | None:
+    def _poll(self, child: Child) -> int | None:
+        """Start a child that is due; return the exit status of one that has ended."""
         now = time.monotonic()
         if child.process is None:
             if now >= child.due:
@@ -74,9 +74,9 @@ class Supervisor:
         if status is not None:
             if now - child.started > _HEALTHY_SECONDS:
                 child.backoff = 0.0
-            _log.warning("process_died", name=child.name, status=status, restart_in=child.backoff)
+            _log.warning("process_ended", name=child.name, status=status, restart_in=child.backoff)
             child.process, child.due = None, now + child.backoff
-            child.backoff = min(max(2 * child.backoff, 0.5), _LONGEST_BACKOFF_SECONDS)
+            child.backoff = min(max(2 * child.backoff, _FIRST_BACKOFF_SECONDS), _MAX_BACKOFF_SECONDS)
         return status
 
     def _start(self, child: Child) -> None:
@@ -88,7 +88,7 @@ class Supervisor:
         )
         child.started = time.monotonic()
 
-    def _end(self) -> None:
+    def _end_children(self) -> None:
         running = [child.process for child in self._children if child.process is not None]
         for process in running:
             process.terminate()
@@ -102,6 +102,6 @@ class Supervisor:
 
 
 def _die_with_parent() -> None:
-    """Ask Linux to end this process in good order when its parent is gone, however it went."""
+    """Have Linux send SIGTERM to this process when its parent ends, even if the parent is killed."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)

@@ -1,4 +1,4 @@
-"""Tables of a measured surgery; every number beside its standard deviation, every frame named."""
+"""Tables of a measured surgery, with standard deviations and coordinate frames."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _NO_LABEL = "?"
 
 
 def print_triads(stages: Mapping[str, Document]) -> None:
-    """Print position and direction of every triad by stage, and the frame they are in."""
+    """Print position and normal of every triad by stage, and their coordinate frame."""
     columns = ["", "", *(f"{axis} mm" for axis in "XYZ"), "α°", "β°", "γ°", "", "err."]
     table = _table("Triads: position of P and direction of the normal", columns)
     for name, stage in stages.items():
@@ -25,32 +25,32 @@ def print_triads(stages: Mapping[str, Document]) -> None:
                 continue
             position = _with_sd(triad["position_mm"], triad["position_sd_mm"])
             angles = (f"{angle:.1f}" for angle in triad["angles_deg"])
-            tilt_sd = max(triad["rotation_sd_deg"][:2])  # bounds the deviation of each of the three angles
+            tilt_sd = max(triad["rotation_sd_deg"][:2])  # an upper bound for each of the three angles
             error = f"{triad['error_mm']:.2f}"
             table.add_row(name, triad["label"] or _NO_LABEL, *position, *angles, f"±{tilt_sd:.1f}", error)
         table.add_section()
     _print(table)
     for frame in sorted({stage["frame"] for stage in stages.values()}):
-        print_note(f"in {frame}; ± one standard deviation; err.: distance matrix, mm\n")
+        print_note(f"in {frame}; ± one standard deviation; err.: error of the ball distances, mm\n")
 
 
 def print_motion(motion: Document) -> None:
-    """Print the motion of every vertebra between two stages, and the frame it is in."""
-    columns = ["", *(f"Δ{axis} mm" for axis in "xyz"), *(f"turn {axis}°" for axis in "xyz"), "turn°"]
+    """Print the motion of every vertebra between two stages, and its coordinate frame."""
+    columns = ["", *(f"Δ{axis} mm" for axis in "xyz"), *(f"rot. {axis}°" for axis in "xyz"), "angle°"]
     table = _table(f"Motion from {motion['from']['name']} to {motion['to']['name']}", columns)
     for item in motion["vertebrae"]:
-        shift = _with_sd(item["translation_mm"], item["translation_sd_mm"])
-        turn = _with_sd(item["rotation_vector_deg"], item["rotation_sd_deg"], digits=1)
-        total = _with_sd([item["angle_deg"]], [item["angle_sd_deg"]], digits=1)
-        table.add_row(item["vertebra"], *shift, *turn, *total)
+        translation = _with_sd(item["translation_mm"], item["translation_sd_mm"])
+        rotation = _with_sd(item["rotation_vector_deg"], item["rotation_sd_deg"], digits=1)
+        angle = _with_sd([item["angle_deg"]], [item["angle_sd_deg"]], digits=1)
+        table.add_row(item["vertebra"], *translation, *rotation, *angle)
     _print(table)
     for item in motion["missing"]:
         print_note(f"{item['vertebra']}: {item['reason']}")
-    print_note(f"in the frame of {motion['frame']}; turns are rotation vectors\n")
+    print_note(f"in the frame of {motion['frame']}; rotations are rotation vectors\n")
 
 
 def print_flags(stages: Mapping[str, Document], jobs: Mapping[str, Document]) -> None:
-    """Print what is to be remarked on each stage, and why a job failed."""
+    """Print the flags of each stage, and the error of each job that did not succeed."""
     for name, stage in stages.items():
         for flag in stage.get("flags") or []:
             print_note(f"{name}: {flag['detail']} [{flag['code']}]")
@@ -59,12 +59,12 @@ def print_flags(stages: Mapping[str, Document], jobs: Mapping[str, Document]) ->
 
 
 def print_note(text: str) -> None:
-    """Print a line."""
+    """Print a line of text."""
     _print(text)
 
 
 def print_links(url: str, surgery: str) -> None:
-    """Print where the surgery and the API's pages are."""
+    """Print the URLs of the surgery and of the API documentation."""
     print_note(f"Surgery:  {url}{surgery}\nAPI docs: {url}/docs")
 
 

@@ -18,7 +18,7 @@ _LOG_WIDTH = 100
 
 
 def print_built_set(built: BuiltSet) -> None:
-    """Print how many classes there are and by which silhouettes, and how near each tree's templates are."""
+    """Print the number of classes with the silhouettes behind it, and the proximities of each tree's templates."""
     _print(_classes(built.templates, built.silhouettes))
     for table in _proximities(built.templates):
         _print(table)
@@ -27,7 +27,7 @@ def print_built_set(built: BuiltSet) -> None:
 def _classes(templates: TemplateSet, silhouettes: Mapping[PropertySpace, Mapping[int, float]]) -> Table:
     counts = sorted({count for values in silhouettes.values() for count in values})
     columns = ["space", "classes", *map(str, counts)]
-    table = _table("Classes, and the mean silhouette of each number of them", columns)
+    table = _table("Classes, and the mean silhouette of each number of classes", columns)
     for (side, space), tree in templates.trees.items():
         if side != "left":  # both sides have as many classes
             continue
@@ -38,7 +38,7 @@ def _classes(templates: TemplateSet, silhouettes: Mapping[PropertySpace, Mapping
 
 
 def _proximities(templates: TemplateSet) -> Sequence[Table]:
-    from spinewatch.detection.candidates.templates import tree_proximities  # noqa: PLC0415
+    from spinewatch.detection.candidates.template_samples import tree_proximities  # noqa: PLC0415
 
     tables = []
     for (side, space), tree in templates.trees.items():

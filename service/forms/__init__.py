@@ -1,1 +1,1 @@
-"""Multipart forms and the checks that need no decoding."""
+"""Multipart forms: their parts, and all checks that need no decoding of an image."""

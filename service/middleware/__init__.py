@@ -1,1 +1,1 @@
-"""ASGI middleware."""
+"""ASGI middleware, one class per file."""

@@ -1,29 +1,30 @@
-"""Health: whether the service can do its work."""
+"""Health of the service."""
 
 from __future__ import annotations
 
 from importlib.metadata import version
-from typing import Literal
+from typing import Annotated, Literal
 
 from fastapi import APIRouter
+from pydantic import Field
 
 from contract.base import Schema
-from service.dependencies import TheDatabase, problems
+from service.dependencies import DatabaseDep, problems
 from store.revision import REVISION, require_revision
 
 router = APIRouter(prefix="/v1/health", tags=["health"])
 
 
-class HealthDocument(Schema):
-    """The service answers, reaches its database, and finds the tables that it works with."""
+class Health(Schema):
+    """The service runs, and its database is available and has the tables of this version."""
 
     status: Literal["ready"]
-    version: str
-    revision: str
+    version: Annotated[str, Field(description="Version of Spinewatch.")]
+    revision: Annotated[str, Field(description="Revision of the database's tables.")]
 
 
 @router.get("", responses=problems())
-def get_health(record: TheDatabase) -> HealthDocument:
-    """Tell whether the service is ready; 503 when the database is not."""
-    require_revision(record)
-    return HealthDocument(status="ready", version=version("spinewatch"), revision=REVISION)
+def get_health(database: DatabaseDep) -> Health:
+    """Get the health of the service; 503 unless the database is available and has the tables of this version."""
+    require_revision(database)
+    return Health(status="ready", version=version("spinewatch"), revision=REVISION)

@@ -1,1 +1,1 @@
-"""Shoot and calibrate: from pictures of a control field to two calibrated cameras, with their uncertainty."""
+"""Calibration: from images of a control field to calibrated cameras and their uncertainty."""

@@ -2,124 +2,235 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
 from spinewatch.calibration.errors import TooFewPointsError
-from spinewatch.calibration.points import ImagePoints, Sensor, Shot, refuse_contradictions
+from spinewatch.calibration.flags import calibration_flags
+from spinewatch.calibration.points import ImagePoints, Sensor, Shot, check_consistent
 from spinewatch.calibration.quality.accuracy import ShotAccuracy, shot_accuracy
-from spinewatch.calibration.solve.blunders import adjust_without_blunders
-from spinewatch.calibration.solve.bundle import Block, BundleAdjustment, ImageIndex
-from spinewatch.calibration.solve.resection import SolveParameters, resect
-from spinewatch.calibration.stereo import FOR_EXTERIOR, RemovedPoint, calibration_flags
+from spinewatch.calibration.solve.block import Block, ImageIndex
+from spinewatch.calibration.solve.blunders import Blunder, adjust_without_blunders
+from spinewatch.calibration.solve.bundle import BundleAdjustment
+from spinewatch.calibration.solve.dlt import MIN_DLT_POINTS
+from spinewatch.calibration.solve.orientation import MIN_POSE_POINTS
+from spinewatch.calibration.solve.parameters import SolveParameters
+from spinewatch.calibration.solve.resection import resect
 from spinewatch.camera import Camera, Rig
 from spinewatch.flags import Flag
-from spinewatch.geometry.transforms import RigidTransform
 
-Images = Mapping[str, ImagePoints]
-"""What one camera sees, by shot."""
+CameraImages = Mapping[str, ImagePoints]
+"""Image points of one camera by shot."""
 
 
 @dataclass(frozen=True, eq=False)
 class CalibratedCameras:
-    """Cameras in the object space that the first shot defines, by name, and how well they are known.
+    """Cameras in the object space that the first shot defines, and their accuracy.
 
-    ``adjustment`` numbers cameras and placements in the order of ``cameras`` and ``shots``; ``pairs`` holds the
-    residuals of control points reconstructed by every two cameras; ``removed`` the blunders, whose ``side`` is
-    the camera's name.
+    Attributes
+    ----------
+    cameras
+        The cameras by name.
+    shots
+        Names of the shots.
+    adjustment
+        The adjustment; its cameras and placements are in the order of ``cameras`` and ``shots``.
+    blunders
+        Points that were removed.
+    pairs
+        Residuals of the control points reconstructed by every two cameras.
+    flags
+        Flags of the calibration.
     """
 
     cameras: Mapping[str, Camera]
     shots: tuple[str, ...]
     adjustment: BundleAdjustment
-    removed: tuple[RemovedPoint, ...]
+    blunders: tuple[Blunder, ...]
     pairs: Mapping[tuple[str, str], tuple[ShotAccuracy, ...]]
     flags: tuple[Flag, ...]
 
     def sd(self, name: str) -> dict[str, float]:
-        """Return the standard deviation of each adjusted parameter of a camera, mm and degrees."""
-        prefix = f"{list(self.cameras).index(name)}:"
-        return {n.removeprefix(prefix): v for n, v in self.adjustment.sd.items() if n.startswith(prefix)}
+        """Return the standard deviations of the adjusted parameters of a camera.
+
+        Parameters
+        ----------
+        name
+            Name of the camera.
+
+        Returns
+        -------
+        dict of str to float
+            Standard deviation by parameter, mm, degrees and 1/mm^k.
+        """
+        return self.adjustment.camera_sd(list(self.cameras).index(name))
 
 
 def calibrate_cameras(
-    seen: Mapping[str, Images], sensor: Sensor, parameters: SolveParameters | None = None
+    images: Mapping[str, CameraImages], sensor: Sensor, parameters: SolveParameters | None = None
 ) -> CalibratedCameras:
-    """Return the cameras that see the images, by name, of one control field; all have the same sensor.
+    """Return the cameras that took images of one control field.
 
-    Shots of the same name are the same placement of the field. The first shot of the first camera defines object
-    space, and every camera must see it. With one shot this is a space resection of each camera; with several,
-    the placements tie the cameras together. Orientation is not judged: cameras may stand on any side.
+    With one shot this is a space resection of each camera; with several, the placements connect the cameras. The
+    cameras may have any position.
 
-    Raises ``TooFewPointsError`` and ``PointsError``, and what ``resect`` raises, naming the camera.
+    Parameters
+    ----------
+    images
+        Image points by camera and shot. Shots of the same name are the same placement of the field; the first shot of
+        the first camera defines object space, and every camera must have it in view.
+    sensor
+        Sensor of all cameras.
+    parameters
+        How to solve.
+
+    Returns
+    -------
+    CalibratedCameras
+        The cameras and their accuracy.
+
+    Raises
+    ------
+    TooFewPointsError
+        If a camera has too few points of the first shot, or no camera has enough of another.
+    PointsError
+        If a point has different object coordinates in two images.
+    CalibrationError
+        As `resect`, naming the camera.
     """
     parameters = parameters or SolveParameters()
-    shots = tuple(dict.fromkeys(shot for images in seen.values() for shot in images))
-    _refuse_unseen(seen, shots)
-    usable = {name: [_usable(images.get(shot)) for shot in shots] for name, images in seen.items()}
-    alone = [resect(images, sensor, parameters, f"camera {name}") for name, images in usable.items()]
-    views: dict[ImageIndex, ImagePoints] = {
-        (c, s): image
-        for c, images in enumerate(usable.values())
-        for s, image in enumerate(images)
-        if image is not None
-    }
-    placements: list[RigidTransform] = []
-    for s, shot in enumerate(shots):
-        first = next((c for c in range(len(alone)) if (c, s) in views), None)
-        if first is None:
-            raise TooFewPointsError(
-                f"no camera sees {FOR_EXTERIOR} points of shot {shot}; leave the shot out"
-            )
-        placements.append(alone[first].placements[s])
-    block = Block(tuple(r.camera for r in alone), tuple(placements), views, tuple(r.free for r in alone))
-    adjustment, blunders = adjust_without_blunders(block, parameters.blunders)
-    names = tuple(seen)
-    cameras = dict(zip(names, adjustment.block.cameras, strict=True))
-    removed = tuple(RemovedPoint(names[b.camera], shots[b.placement], b.id, b.miss_px) for b in blunders)
-    flags = calibration_flags(adjustment, dict(zip(names, adjustment.block.free, strict=True)), removed)
-    return CalibratedCameras(cameras, shots, adjustment, removed, _pairs(cameras, shots, adjustment), flags)
-
-
-def _usable(image: ImagePoints | None) -> ImagePoints | None:
-    return image if image is not None and len(image) >= FOR_EXTERIOR else None
-
-
-def _refuse_unseen(seen: Mapping[str, Images], shots: Sequence[str]) -> None:
+    shots = tuple(dict.fromkeys(shot for by_shot in images.values() for shot in by_shot))
     if not shots:
         raise TooFewPointsError(
-            "no image point was given; give at least 6 of a control field for each camera"
+            f"no image point was given; give at least {MIN_DLT_POINTS} of a control field for each camera"
         )
-    for name, images in seen.items():
-        count = len(images.get(shots[0], ()))
-        if count < FOR_EXTERIOR:
+    for name, by_shot in images.items():
+        _check_first_shot(name, shots[0], len(by_shot.get(shots[0], ())))
+    check_consistent((name, image) for name, by_shot in images.items() for image in by_shot.values())
+    block = resected_block(
+        [[by_shot.get(shot) for shot in shots] for by_shot in images.values()],
+        [sensor] * len(images),
+        [f"camera {name}" for name in images],
+        shots,
+        parameters,
+    )
+    adjustment, blunders = adjust_without_blunders(block, parameters.blunders)
+    cameras = dict(zip(images, adjustment.block.cameras, strict=True))
+    flags = calibration_flags(adjustment, blunders, tuple(images), shots)
+    return CalibratedCameras(
+        cameras, shots, adjustment, blunders, _pair_accuracy(cameras, shots, adjustment), flags
+    )
+
+
+def resected_block(
+    images: Sequence[Sequence[ImagePoints | None]],
+    sensors: Sequence[Sensor],
+    camera_labels: Sequence[str],
+    shot_names: Sequence[str],
+    parameters: SolveParameters,
+) -> Block:
+    """Return the block of cameras that were each solved alone: the initial values of their common adjustment.
+
+    Parameters
+    ----------
+    images
+        Image points of each camera in each shot; None where it has none.
+    sensors
+        Sensor of each camera.
+    camera_labels
+        Names of the cameras in error messages.
+    shot_names
+        Names of the shots.
+    parameters
+        How to solve.
+
+    Returns
+    -------
+    Block
+        The block; images with fewer than `MIN_POSE_POINTS` points are left out, and a placement is that of the first
+        camera that has it in view.
+
+    Raises
+    ------
+    TooFewPointsError
+        If no camera has enough points of a shot.
+    CalibrationError
+        As `resect`, naming the camera.
+    """
+    usable = [
+        [image if image is not None and len(image) >= MIN_POSE_POINTS else None for image in by_shot]
+        for by_shot in images
+    ]
+    resections = [
+        resect(by_shot, sensor, parameters, label)
+        for by_shot, sensor, label in zip(usable, sensors, camera_labels, strict=True)
+    ]
+    placements = []
+    for s, shot in enumerate(shot_names):
+        placement = next((r.placements[s] for r in resections if s in r.placements), None)
+        if placement is None:
             raise TooFewPointsError(
-                f"camera {name} has {count} points of shot {shots[0]}; this shot defines object space, and every"
-                " camera must see at least 6 points of it"
+                f"no camera has {MIN_POSE_POINTS} points of shot {shot} in view; leave the shot out"
             )
-    refuse_contradictions((name, image) for name, images in seen.items() for image in images.values())
+        placements.append(placement)
+    return Block(
+        tuple(r.camera for r in resections),
+        tuple(placements),
+        measured_images(usable),
+        tuple(r.free for r in resections),
+    )
 
 
-def _pairs(
+def measured_images(images: Iterable[Sequence[ImagePoints | None]]) -> dict[ImageIndex, ImagePoints]:
+    """Return image points by camera and shot.
+
+    Parameters
+    ----------
+    images
+        Image points of each camera in each shot.
+
+    Returns
+    -------
+    dict of ImageIndex to ImagePoints
+        Images that determine an exterior orientation: `MIN_POSE_POINTS` or more.
+    """
+    return {
+        (c, s): image
+        for c, by_shot in enumerate(images)
+        for s, image in enumerate(by_shot)
+        if image is not None and len(image) >= MIN_POSE_POINTS
+    }
+
+
+def _check_first_shot(camera: str, shot: str, n_points: int) -> None:
+    if n_points < MIN_POSE_POINTS:
+        raise TooFewPointsError(
+            f"camera {camera} has {n_points} points of shot {shot}, which defines object space; show every camera"
+            f" at least {MIN_DLT_POINTS} points of it"
+        )
+
+
+def _pair_accuracy(
     cameras: Mapping[str, Camera], shots: Sequence[str], adjustment: BundleAdjustment
 ) -> dict[tuple[str, str], tuple[ShotAccuracy, ...]]:
-    """Return the reconstruction of the points that two cameras both see, by pair; pairs without such are left out."""
+    """Return the reconstruction of the common points of two cameras, by pair; pairs without any are left out."""
     images = adjustment.block.images
     out = {}
     for (a, left), (b, right) in combinations(enumerate(cameras), 2):
-        found = [
-            shot_accuracy(
-                Rig(f"{left}, {right}", cameras[left], cameras[right]),
-                Shot(shot, images[a, s], images[b, s]),
-                used=True,
-                defines_object_space=s == 0,
-            )
+        rig = Rig(f"{left}, {right}", cameras[left], cameras[right])
+        by_shot = [
+            shot_accuracy(rig, Shot(shot, images[a, s], images[b, s]), used=True, defines_object_space=s == 0)
             for s, shot in enumerate(shots)
             if (a, s) in images and (b, s) in images
         ]
-        if kept := tuple(f for f in found if np.all(np.isfinite(f.residuals_mm)) and len(f.ids) > 1):
-            out[left, right] = kept
+        reconstructed = tuple(
+            accuracy
+            for accuracy in by_shot
+            if np.all(np.isfinite(accuracy.residuals_mm)) and len(accuracy.ids) > 1
+        )
+        if reconstructed:
+            out[left, right] = reconstructed
     return out

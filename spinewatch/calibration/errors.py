@@ -1,4 +1,4 @@
-"""Why a calibration cannot be made; each message says what to do about it."""
+"""Reasons for which a calibration is refused; each message states what to do."""
 
 from __future__ import annotations
 
@@ -6,37 +6,45 @@ from spinewatch.errors import SpinewatchError
 
 
 class CalibrationError(SpinewatchError):
-    """Base of every reason for which a calibration is refused."""
+    """Base of all reasons for which a calibration is refused."""
 
     code = "calibration-failed"
 
 
 class ControlFieldError(CalibrationError):
-    """A control field cannot be used: not finite, too few points, doubled ids or coordinates, unknown name."""
+    """A control field cannot be used: not finite, empty, duplicate ids or coordinates, unknown name."""
 
     code = "invalid-control-field"
 
 
 class PointsError(CalibrationError):
-    """Image points cannot be used: not finite, doubled, or not of the control field."""
+    """Image points cannot be used: not finite, duplicate, or inconsistent between images."""
 
     code = "invalid-points"
 
 
 class TooFewPointsError(CalibrationError):
-    """A camera sees fewer control points than its parameters need."""
+    """An image shows fewer control points than the parameters of its camera need."""
 
     code = "too-few-points"
 
 
 class PlanarFieldError(CalibrationError):
-    """The control points of a single view lie nearly in one plane: focal length and range cannot be told apart."""
+    """The control points of a single image lie nearly in one plane: focal length and range are not separable."""
 
     code = "planar-field"
 
 
 class UndeterminedError(CalibrationError):
-    """The points do not determine the camera; ``names`` are the parameters that they leave open."""
+    """The points do not determine the camera.
+
+    Parameters
+    ----------
+    message
+        What is wrong and what to do.
+    names
+        The parameters that the points do not determine.
+    """
 
     code = "undetermined"
 
@@ -46,13 +54,13 @@ class UndeterminedError(CalibrationError):
 
 
 class ConvergenceError(CalibrationError):
-    """No start leads to a camera that sees the control points."""
+    """No initial value leads to a camera that has the control points in view."""
 
     code = "not-converged"
 
 
 class PoorFitError(CalibrationError):
-    """The best camera misses the image points by more than a camera and careful pointing can."""
+    """The image residuals of the best camera exceed what a camera and careful measurement explain."""
 
     code = "poor-fit"
 
@@ -64,7 +72,7 @@ class MirroredFieldError(CalibrationError):
 
 
 class BoardOrientationError(CalibrationError):
-    """The board lies upside down: its X runs to the left in the images, or its Z away from the cameras."""
+    """The board is upside down: its X runs to the left in the images, or its Z away from the cameras."""
 
     code = "board-upside-down"
 
@@ -82,6 +90,6 @@ class TargetsNotFoundError(CalibrationError):
 
 
 class IdentificationError(CalibrationError):
-    """The targets of an image fit no part of the control field, or several equally well."""
+    """The targets of an image fit no part of the control field, or several parts equally well."""
 
     code = "targets-not-identified"

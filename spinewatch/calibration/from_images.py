@@ -1,4 +1,4 @@
-"""Shoot and calibrate: from stereo pairs of a control field to a calibrated rig and its accuracy, without clicking."""
+"""From stereo pairs of a control field to a calibrated rig and its accuracy, without manual measurement."""
 
 from __future__ import annotations
 
@@ -11,109 +11,161 @@ import numpy as np
 from spinewatch.arrays import Float, Pixels
 from spinewatch.calibration.control_field import ControlField
 from spinewatch.calibration.errors import CalibrationError, ControlFieldError, PlanarFieldError
+from spinewatch.calibration.marks.assignment import MarkIdentificationParameters
 from spinewatch.calibration.marks.detection import TargetParameters, Targets, find_targets
 from spinewatch.calibration.marks.eccentricity import eccentricity_px
-from spinewatch.calibration.marks.identification import MarkIdentificationParameters, identify
+from spinewatch.calibration.marks.identification import identify_targets
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot, flatness
 from spinewatch.calibration.quality.accuracy import (
     ShotAccuracy,
     calibration_accuracy,
     common_points,
-    leave_one_out,
     reconstruct,
 )
+from spinewatch.calibration.quality.leave_one_out import leave_one_out
+from spinewatch.calibration.quality.rig_samples import sample_rigs
 from spinewatch.calibration.quality.stereo_geometry import StereoGeometry, stereo_geometry
-from spinewatch.calibration.solve.dlt import MIN_FLATNESS
-from spinewatch.calibration.solve.resection import SolveParameters
-from spinewatch.calibration.stereo import Calibration, calibrate, readjust, sampled_rigs
+from spinewatch.calibration.solve.parameters import SolveParameters
+from spinewatch.calibration.stereo import StereoCalibration, calibrate_stereo, readjust
 from spinewatch.camera import Camera
 from spinewatch.errors import ImageSizeError, SameImageError
 from spinewatch.geometry.transforms import RigidTransform, fit_rigid
+from spinewatch.imaging.frame import SIDES
 from spinewatch.progress import Progress, silent
-
-_SAMPLES = 50
-_MOST_POINTS = 500
 
 
 @dataclass(frozen=True)
-class FromImagesParameters:
+class CalibrationParameters:
     """Parameters of all steps.
 
-    ``pixel_size_mm`` (px, py) of both cameras; without it the cart's sensor is assumed: 5.68 mm wide, aspect
-    0.845. ``f_number`` for the depth of field.
+    Attributes
+    ----------
+    pixel_size_mm
+        (px, py) of both cameras, mm; by default the cart's sensor, 5.68 mm wide, aspect 0.845.
+    f_number
+        F-number of the depth of field.
+    n_rig_samples
+        Rigs drawn from the covariance for the standard deviations of baseline and vergence.
+    max_field_points
+        Largest control field that is identified in images.
+    targets
+        Detection of the targets.
+    identification
+        Identification of the targets.
+    solve
+        Solution of the cameras.
     """
 
     pixel_size_mm: tuple[float, float] | None = None
     f_number: float = 4.0
+    n_rig_samples: int = 50
+    max_field_points: int = 500
     targets: TargetParameters = default(default_factory=TargetParameters)
-    identify: MarkIdentificationParameters = default(default_factory=MarkIdentificationParameters)
+    identification: MarkIdentificationParameters = default(default_factory=MarkIdentificationParameters)
     solve: SolveParameters = default(default_factory=SolveParameters)
 
 
 @dataclass(frozen=True, eq=False)
 class CalibrationResult:
-    """A calibration with everything that is known of its quality.
+    """A calibration and its quality.
 
-    ``accuracy`` of each shot used and then of each not used; ``left_out`` of points left out one by one, None
-    without redundancy; ``others`` the shots that took no part.
+    Attributes
+    ----------
+    calibration
+        The calibrated rig.
+    field
+        The control field.
+    geometry
+        Geometry of the rig.
+    accuracy
+        Accuracy of each adjusted shot, then of each shot held out.
+    leave_one_out
+        Accuracy of points left out one at a time; None without redundancy.
+    held_out
+        Shots that took no part in the adjustment.
     """
 
-    calibration: Calibration
+    calibration: StereoCalibration
     field: ControlField
     geometry: StereoGeometry
     accuracy: tuple[ShotAccuracy, ...]
-    left_out: ShotAccuracy | None
-    others: tuple[Shot, ...]
+    leave_one_out: ShotAccuracy | None
+    held_out: tuple[Shot, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _MeasuredShot:
+    """Identified targets of a shot, and the mean variance (n,) of each mark, by side."""
+
+    shot: Shot
+    variances_px2: tuple[Float, Float]
 
 
 def calibrate_from_images(
     shots: Sequence[tuple[Pixels, Pixels]],
     field: ControlField,
-    parameters: FromImagesParameters | None = None,
+    parameters: CalibrationParameters | None = None,
     progress: Progress = silent,
     *,
     names: Sequence[str] | None = None,
     verify: int = 0,
     rig_name: str = "rig",
 ) -> CalibrationResult:
-    """Return the rig that took these stereo pairs (left, right) of a control field.
+    """Return the rig that took stereo pairs of a control field.
 
-    The first shot defines object space; the last ``verify`` shots take no part and only show the accuracy.
-    ``progress`` is called at the start of each step with its name and the fraction done.
+    Parameters
+    ----------
+    shots
+        Left and right image of each shot, shape (H, W), gray; the first defines object space.
+    field
+        The control field.
+    parameters
+        Parameters of all steps.
+    progress
+        Called at the start of each step.
+    names
+        Names of the shots; by default "1", "2" and so on.
+    verify
+        Number of trailing shots held out for verification.
+    rig_name
+        Name of the rig.
 
-    Raises a ``CalibrationError`` of the kind in ``calibration.errors`` whose message names shot and side,
-    ``ImageSizeError`` for pictures of different sizes, ``SameImageError`` when left and right are the same.
+    Returns
+    -------
+    CalibrationResult
+        The rig and its quality.
+
+    Raises
+    ------
+    CalibrationError
+        If no calibration can be made; the message names shot and side.
+    ImageSizeError
+        If images of one camera have different sizes.
+    SameImageError
+        If left and right of a shot are the same image.
     """
-    parameters = parameters or FromImagesParameters()
+    parameters = parameters or CalibrationParameters()
     names = list(names or [str(i + 1) for i in range(len(shots))])
-    _refuse_images(shots, names)
-    if len(field) > _MOST_POINTS:
-        raise ControlFieldError(
-            f"control field {field.name!r} has {len(field)} points; of pictures at most {_MOST_POINTS} are named: leave"
-            " out those that were not photographed"
-        )
-    if len(shots) - verify < 2 and flatness(field.points_mm) < MIN_FLATNESS:
-        raise PlanarFieldError(
-            f"the points of control field {field.name!r} lie in one plane: one shot of it cannot tell focal length"
-            " from range; use pegs of different heights, or give several shots, tilted differently"
-        )
-    sensors = _sensors(shots, parameters)
-    seen: list[tuple[Shot, Float, Float]] = []
-    lenses: list[Camera | None] = [None, None]
+    _check_images(shots, names)
+    _check_field(field, len(shots) - verify, parameters)
+    sensors = _sensors(shots[0], parameters)
+    measured: list[_MeasuredShot] = []
+    lenses: tuple[Camera | None, Camera | None] = (None, None)
     for k, (name, pair) in enumerate(zip(names, shots, strict=True)):
         progress(f"find targets of shot {k + 1} of {len(shots)}", 0.8 * k / len(shots))
-        seen.append(_see(name, pair, field, sensors, lenses, parameters))
+        shot, lenses = _measure(name, pair, field, sensors, lenses, parameters)
+        measured.append(shot)
     progress("adjust", 0.8)
-    first = len(seen) - verify
-    calibration = calibrate([shot for shot, _, _ in seen[:first]], sensors, parameters.solve, rig_name)
-    used = [
-        _centred(shot, spreads, calibration, placement)
-        for (shot, *spreads), placement in zip(seen[:first], calibration.placements, strict=True)
+    adjusted, held_out = measured[: len(measured) - verify], measured[len(measured) - verify :]
+    calibration = calibrate_stereo([m.shot for m in adjusted], sensors, parameters.solve, rig_name)
+    corrected = [
+        _without_eccentricity(m, calibration, placement)
+        for m, placement in zip(adjusted, calibration.placements, strict=True)
     ]
-    calibration = readjust(calibration, used, parameters.solve)
+    calibration = readjust(calibration, corrected, parameters.solve)
     progress("assess", 0.9)
-    others = [_centred(shot, spreads, calibration, None) for shot, *spreads in seen[first:]]
-    result = assess(calibration, field, others, parameters.f_number)
+    fresh = [_without_eccentricity(m, calibration, _placement(m.shot, calibration)) for m in held_out]
+    result = _assessed(calibration, field, fresh, parameters)
     progress("done", 1.0)
     return result
 
@@ -122,103 +174,148 @@ def calibrate_from_points(
     shots: Sequence[Shot],
     field: ControlField,
     sensors: tuple[Sensor, Sensor],
-    solve: SolveParameters | None = None,
+    parameters: CalibrationParameters | None = None,
     *,
     verify: int = 0,
-    f_number: float = 4.0,
     rig_name: str = "rig",
 ) -> CalibrationResult:
-    """Return the rig of ready-made coordinates; otherwise as ``calibrate_from_images``."""
-    first = len(shots) - verify
-    return assess(calibrate(shots[:first], sensors, solve, rig_name), field, shots[first:], f_number)
+    """Return the rig that took shots of a control field, from coordinates.
+
+    Parameters
+    ----------
+    shots
+        Image points of each shot; the first defines object space.
+    field
+        The control field.
+    sensors
+        Sensors of the left and the right camera.
+    parameters
+        Parameters of the solution and of the depth of field.
+    verify
+        Number of trailing shots held out for verification.
+    rig_name
+        Name of the rig.
+
+    Returns
+    -------
+    CalibrationResult
+        The rig and its quality.
+
+    Raises
+    ------
+    CalibrationError
+        If no calibration can be made.
+    """
+    parameters = parameters or CalibrationParameters()
+    n_adjusted = len(shots) - verify
+    calibration = calibrate_stereo(shots[:n_adjusted], sensors, parameters.solve, rig_name)
+    return _assessed(calibration, field, shots[n_adjusted:], parameters)
 
 
-def assess(
-    calibration: Calibration, field: ControlField, others: Sequence[Shot], f_number: float
+def _assessed(
+    calibration: StereoCalibration,
+    field: ControlField,
+    held_out: Sequence[Shot],
+    parameters: CalibrationParameters,
 ) -> CalibrationResult:
     """Return a calibration with its geometry and accuracy."""
-    determined = np.all(np.isfinite(calibration.adjustment.covariance))
-    samples = sampled_rigs(calibration, _SAMPLES, np.random.default_rng(0)) if determined else None
-    shot = calibration.shots[0]
-    control = np.concatenate([shot.left.control_mm, shot.right.control_mm])
+    adjustment, cleaned = calibration.adjustment, calibration.without_blunders()
+    rng = np.random.default_rng(0)  # the same standard deviations for the same images
+    determined = np.all(np.isfinite(adjustment.covariance))
+    samples = sample_rigs(adjustment, parameters.n_rig_samples, rng) if determined else ()
+    control = np.concatenate([image.control_mm for image in calibration.shots[0].images])
     return CalibrationResult(
         calibration,
         field,
-        stereo_geometry(calibration.rig, control, samples, f_number),
-        calibration_accuracy(calibration, others),
-        leave_one_out(calibration),
-        tuple(others),
+        stereo_geometry(calibration.rig, control, samples, parameters.f_number),
+        calibration_accuracy(calibration.rig, cleaned, held_out),
+        leave_one_out(adjustment, cleaned),
+        tuple(held_out),
     )
 
 
-def _refuse_images(shots: Sequence[tuple[Pixels, Pixels]], names: Sequence[str]) -> None:
-    for name, (left, right) in zip(names, shots, strict=True):
-        if left.shape == right.shape and np.array_equal(left, right):
+def _check_images(shots: Sequence[tuple[Pixels, Pixels]], names: Sequence[str]) -> None:
+    if not shots:
+        raise CalibrationError("no image was given; give at least one stereo pair of the control field")
+    for name, pair in zip(names, shots, strict=True):
+        if pair[0].shape == pair[1].shape and np.array_equal(*pair):
             raise SameImageError(
-                f"shot {name}: left and right are the same picture; give the pair of two cameras"
+                f"shot {name}: left and right are the same image; give the pair of two cameras"
             )
-        for side, image, first in (("left", left, shots[0][0]), ("right", right, shots[0][1])):
+        for side, image, first in zip(SIDES, pair, shots[0], strict=True):
             if image.shape != first.shape:
                 raise ImageSizeError(
-                    f"shot {name}: the {side} picture is {image.shape[1]} x {image.shape[0]} px, that of the first"
+                    f"shot {name}: the {side} image is {image.shape[1]} x {image.shape[0]} px, that of the first"
                     f" shot {first.shape[1]} x {first.shape[0]}; all shots must come from the same two cameras"
                 )
 
 
-def _sensors(
-    shots: Sequence[tuple[Pixels, Pixels]], parameters: FromImagesParameters
-) -> tuple[Sensor, Sensor]:
+def _check_field(field: ControlField, n_adjusted: int, parameters: CalibrationParameters) -> None:
+    if len(field) > parameters.max_field_points:
+        raise ControlFieldError(
+            f"control field {field.name!r} has {len(field)} points; at most {parameters.max_field_points} are"
+            " identified in images: leave out those that were not photographed"
+        )
+    if n_adjusted < 2 and flatness(field.points_mm) < parameters.solve.dlt.min_flatness:
+        raise PlanarFieldError(
+            f"the points of control field {field.name!r} lie in one plane: one shot of it cannot separate focal length"
+            " and range; use pegs of different heights, or give several shots, tilted differently"
+        )
+
+
+def _sensors(pair: tuple[Pixels, Pixels], parameters: CalibrationParameters) -> tuple[Sensor, Sensor]:
     def sensor(image: Pixels) -> Sensor:
         size = (image.shape[1], image.shape[0])
         if parameters.pixel_size_mm is None:
             return Sensor.of_cart(size)
         return Sensor(size, parameters.pixel_size_mm)
 
-    if not shots:
-        raise CalibrationError("no picture was given; give at least one stereo pair of the control field")
-    return sensor(shots[0][0]), sensor(shots[0][1])
+    return sensor(pair[0]), sensor(pair[1])
 
 
-def _see(
+def _measure(
     name: str,
     pair: tuple[Pixels, Pixels],
     field: ControlField,
     sensors: tuple[Sensor, Sensor],
-    lenses: list[Camera | None],
-    parameters: FromImagesParameters,
-) -> tuple[Shot, Float, Float]:
-    """Return the named points of one shot, and the spread of their marks by side; ``lenses`` learns from each."""
-    images: list[ImagePoints] = []
-    spreads: list[Float] = []
-    for c, (side, image) in enumerate(zip(("left", "right"), pair, strict=True)):
-        targets = find_targets(image, parameters.targets)
-        where = f"the {side} picture of shot {name}"
-        naming = replace(parameters.identify, estimate_aspect=parameters.solve.estimate_aspect)
-        found = identify(targets, field, sensors[c], naming, where, lenses[c])
-        lenses[c] = found.camera
-        images.append(found.points)
-        spreads.append(_spreads(found.points, targets))
-    return Shot(name, images[0], images[1]), spreads[0], spreads[1]
+    lenses: tuple[Camera | None, Camera | None],
+    parameters: CalibrationParameters,
+) -> tuple[_MeasuredShot, tuple[Camera, Camera]]:
+    """Return the identified targets of one shot, and both cameras, whose lenses are known in the next."""
+    identification = replace(parameters.identification, estimate_aspect=parameters.solve.estimate_aspect)
+
+    def side(c: int) -> tuple[ImagePoints, Float, Camera]:
+        targets = find_targets(pair[c], parameters.targets)
+        where = f"the {SIDES[c]} image of shot {name}"
+        found = identify_targets(targets, field, sensors[c], identification, where, lenses[c])
+        return found.points, _variances_px2(found.points, targets), found.camera
+
+    (left, left_variances, left_camera), (right, right_variances, right_camera) = side(0), side(1)
+    measured = _MeasuredShot(Shot(name, left, right), (left_variances, right_variances))
+    return measured, (left_camera, right_camera)
 
 
-def _spreads(points: ImagePoints, targets: Targets) -> Float:
+def _variances_px2(points: ImagePoints, targets: Targets) -> Float:
+    """Return the variances (n,) of the targets that are image points."""
     d = np.linalg.norm(points.pixels[:, None] - targets.pixels[None], axis=2)
-    return np.asarray(targets.spread_px2[d.argmin(axis=1)])
+    return np.asarray(targets.variance_px2[d.argmin(axis=1)])
 
 
-def _centred(
-    shot: Shot, spreads: Sequence[Float], calibration: Calibration, placement: RigidTransform | None
+def _placement(shot: Shot, calibration: StereoCalibration) -> RigidTransform:
+    """Return the placement of a shot that was not adjusted, from its reconstructed points."""
+    _, control, left, right = common_points(shot)
+    return fit_rigid(control, reconstruct(calibration.rig, left, right))
+
+
+def _without_eccentricity(
+    measured: _MeasuredShot, calibration: StereoCalibration, placement: RigidTransform
 ) -> Shot:
-    """Return the shot with the eccentricity of its marks taken off; a shot not adjusted is placed by its points."""
-    rig = calibration.rig
-    if placement is None:
-        _, control, left, right = common_points(shot)
-        placement = fit_rigid(control, reconstruct(rig, left, right))
-
-    def centred(image: ImagePoints, camera: Camera, spread: Float) -> ImagePoints:
-        off = eccentricity_px(camera, placement, image.control_mm, spread)
-        return replace(image, pixels=image.pixels - off)
-
-    return Shot(
-        shot.name, centred(shot.left, rig.left, spreads[0]), centred(shot.right, rig.right, spreads[1])
+    """Return the shot with the eccentricity of its marks subtracted."""
+    rig, shot = calibration.rig, measured.shot
+    left, right = (
+        replace(image, pixels=image.pixels - eccentricity_px(camera, placement, image.control_mm, variances))
+        for image, camera, variances in zip(
+            shot.images, (rig.left, rig.right), measured.variances_px2, strict=True
+        )
     )
+    return Shot(shot.name, left, right)

@@ -1,1 +1,1 @@
-"""DETECT-POINT: from an image to ball features."""
+"""Detection of balls: from an image to features with sub-pixel centres."""

@@ -1,4 +1,4 @@
-"""Image features: what detection hands to correspondence."""
+"""Image features: the result of detection and the input of matching."""
 
 from __future__ import annotations
 
@@ -15,8 +15,22 @@ from spinewatch.geometry.rays import Rays
 class Features:
     """Possible ball centres of one image, best score first.
 
-    ``xy_px`` (n, 2) u, v; ``score`` (n,) similarity in [0, 1]; ``covariance_px2`` (n, 2, 2) of the centre;
-    ``visible`` (n,), the fraction of the ball's outline that is seen, 0 to 1, or None when nobody has looked.
+    Attributes
+    ----------
+    xy_px
+        Centres (u, v), shape (n, 2), px.
+    score
+        Scores in [0, 1], shape (n,).
+    covariance_px2
+        Covariances of the centres, shape (n, 2, 2), px^2.
+    visible
+        Visible fraction of the ball's outline, 0 to 1, shape (n,); None before refinement.
+
+    Examples
+    --------
+    >>> features = Features.with_sigma(np.array([[10.0, 20.0], [30.0, 40.0]]), np.array([0.9, 0.7]), 0.1)
+    >>> len(features.take([0]))
+    1
     """
 
     xy_px: Float
@@ -28,7 +42,18 @@ class Features:
         return len(self.xy_px)
 
     def take(self, index: object) -> Features:
-        """Return the features chosen by an index or mask array."""
+        """Return a selection of the features.
+
+        Parameters
+        ----------
+        index
+            Index or mask array.
+
+        Returns
+        -------
+        Features
+            The selected features, in the order of the index.
+        """
         i = np.asarray(index)
         visible = None if self.visible is None else self.visible[i]
         return Features(self.xy_px[i], self.score[i], self.covariance_px2[i], visible)
@@ -47,18 +72,38 @@ class Features:
         -------
         Rays
             One ray per feature.
-
         """
         return camera.rays(self.xy_px, self.covariance_px2, extra_sd_mrad)
 
     @classmethod
     def empty(cls) -> Features:
-        """Return a list without features."""
+        """Return no features.
+
+        Returns
+        -------
+        Features
+            Arrays of length 0.
+        """
         return cls(np.empty((0, 2)), np.empty(0), np.empty((0, 2, 2)))
 
     @classmethod
     def with_sigma(cls, xy_px: Float, score: Float, sigma_px: float) -> Features:
-        """Return features that share one standard deviation, px per axis."""
+        """Return features with equal standard deviations.
+
+        Parameters
+        ----------
+        xy_px
+            Centres (u, v), shape (n, 2), px.
+        score
+            Scores in [0, 1], shape (n,).
+        sigma_px
+            Standard deviation per axis, px.
+
+        Returns
+        -------
+        Features
+            n features.
+        """
         n = len(xy_px)
         return cls(
             np.asarray(xy_px, dtype=np.float64).reshape(n, 2),

@@ -23,7 +23,6 @@ class Pinhole:
         Rotation from object axes to camera axes, shape (3, 3).
     focal_length_mm
         Distance of the image plane from the centre, mm.
-
     """
 
     centre_mm: Float
@@ -44,7 +43,6 @@ class Pinhole:
             Undistorted offsets from the principal point, shape (..., 2), mm: the right side of eq. 3.4.
         jacobian : Float
             d(ideal)/d(point), shape (..., 2, 3), mm per mm.
-
         """
         Xc = (points_mm - self.centre_mm) @ self.M.T
         scale = -self.focal_length_mm / Xc[..., 2]
@@ -64,7 +62,6 @@ class Pinhole:
         -------
         Bool
             Whether ``Xc[2] < 0``, shape (...).
-
         """
         return np.asarray((points_mm - self.centre_mm) @ self.M[2] < 0)
 
@@ -84,7 +81,6 @@ class Pinhole:
         References
         ----------
         Thesis eq. 3.2.
-
         """
         f = np.full((*ideal_mm.shape[:-1], 1), -self.focal_length_mm)
         return np.concatenate([ideal_mm, f], axis=-1) @ self.M

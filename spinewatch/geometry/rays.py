@@ -27,7 +27,6 @@ class Rays:
         Covariances of those, shape (n, 2, 2), mm^2.
     vectors
         Vectors from the centre to the image plane, shape (n, 3), object axes, mm.
-
     """
 
     pinhole: Pinhole
@@ -50,7 +49,6 @@ class Rays:
         -------
         Rays
             The selected rays, in the order of the index.
-
         """
         i = np.asarray(index)
         return Rays(self.pinhole, self.ideal_mm[i], self.covariance_mm2[i], self.vectors[i])
@@ -76,7 +74,6 @@ def nearest_points(rays: Sequence[Rays]) -> tuple[Float, Float]:
     References
     ----------
     Thesis eq. 5.15.
-
     """
     centres = np.stack([r.pinhole.centre_mm for r in rays])
     d = np.stack([r.vectors for r in rays], axis=1)
@@ -105,7 +102,6 @@ def axes_approach_mm(left: Pinhole, right: Pinhole) -> tuple[float, float] | Non
     tuple of float or None
         Distance of that point from each perspective centre along its axis, mm, positive in front of the camera;
         None for parallel axes.
-
     """
     axes = -np.stack([left.M[2], right.M[2]], axis=1)
     A = np.column_stack([axes[:, 0], -axes[:, 1]])

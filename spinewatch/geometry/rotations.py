@@ -30,7 +30,6 @@ def cross_matrix(v: Float) -> Float:
     >>> import numpy as np
     >>> cross_matrix(np.array([0.0, 0.0, 1.0])) @ np.array([1.0, 0.0, 0.0])
     array([0., 1., 0.])
-
     """
     x, y, z = np.moveaxis(v, -1, 0)
     o = np.zeros_like(x)
@@ -57,7 +56,6 @@ def rotation_from_vector(vector_rad: Float) -> Float:
     array([[ 0., -1.,  0.],
            [ 1.,  0.,  0.],
            [ 0.,  0.,  1.]])
-
     """
     angle = np.linalg.norm(vector_rad, axis=-1)[..., None, None]
     W = cross_matrix(vector_rad)
@@ -89,7 +87,6 @@ def vector_from_rotation(R: Float) -> Float:
     >>> import numpy as np
     >>> vector_from_rotation(np.diag([1.0, -1.0, -1.0]))
     array([3.14159265, 0.        , 0.        ])
-
     """
     vectors = [_vector_from_rotation(matrix) for matrix in np.reshape(R, (-1, 3, 3))]
     return np.array(vectors).reshape(R.shape[:-1])
@@ -127,7 +124,6 @@ def left_jacobian(vector_rad: Float) -> Float:
     -------
     Float
         J, shape (3, 3), with Exp(v + d) = Exp(J d) Exp(v) to first order in d.
-
     """
     angle = float(np.linalg.norm(vector_rad))
     W = cross_matrix(vector_rad)
@@ -150,7 +146,6 @@ def inverse_left_jacobian(vector_rad: Float) -> Float:
     -------
     Float
         J, shape (3, 3), with Log(Exp(d) Exp(v)) = v + J d to first order in d.
-
     """
     angle = float(np.linalg.norm(vector_rad))
     W = cross_matrix(vector_rad)
@@ -176,7 +171,6 @@ def rotation_from_angles(omega_deg: float, phi_deg: float, kappa_deg: float) -> 
     References
     ----------
     Thesis eq. 5.4.
-
     """
     (so, sp, sk), (co, cp, ck) = (f(np.radians([omega_deg, phi_deg, kappa_deg])) for f in (np.sin, np.cos))
     return np.array(
@@ -209,7 +203,6 @@ def angles_from_rotation(M: Float) -> tuple[float, float, float]:
     --------
     >>> [round(angle, 9) for angle in angles_from_rotation(rotation_from_angles(10.0, -20.0, 30.0))]
     [10.0, -20.0, 30.0]
-
     """
     omega, kappa = np.arctan2(-M[2, 1], M[2, 2]), np.arctan2(-M[1, 0], M[0, 0])
     phi = np.arctan2(M[2, 0], np.hypot(M[2, 1], M[2, 2]))
@@ -228,7 +221,6 @@ def nearest_rotation(A: Float) -> Float:
     -------
     Float
         Rotation, shape (3, 3), of determinant +1.
-
     """
     U, _, Vt = np.linalg.svd(A)
     return np.asarray(U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt)

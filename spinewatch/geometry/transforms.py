@@ -30,7 +30,6 @@ class RigidTransform:
         R, shape (3, 3).
     translation_mm
         t, shape (3,), mm.
-
     """
 
     rotation: Float
@@ -44,7 +43,6 @@ class RigidTransform:
         -------
         RigidTransform
             R = I, t = 0.
-
         """
         return cls(np.eye(3), np.zeros(3))
 
@@ -60,7 +58,6 @@ class RigidTransform:
         -------
         Float
             R X + t of each, shape (n, 3), mm.
-
         """
         return np.asarray(points_mm @ self.rotation.T + self.translation_mm)
 
@@ -71,7 +68,6 @@ class RigidTransform:
         -------
         RigidTransform
             ``X -> R^T (X - t)``.
-
         """
         return RigidTransform(self.rotation.T, -self.rotation.T @ self.translation_mm)
 
@@ -92,7 +88,6 @@ class SimilarityTransform:
         R, shape (3, 3).
     translation_mm
         t, shape (3,), mm.
-
     """
 
     scale: float
@@ -111,7 +106,6 @@ class SimilarityTransform:
         -------
         Float
             s R X + t of each, shape (n, 3), mm.
-
         """
         return np.asarray(self.scale * points_mm @ self.rotation.T + self.translation_mm)
 
@@ -144,7 +138,6 @@ def fit_rigid(source_mm: Float, target_mm: Float) -> RigidTransform:
     >>> points = np.array([[0.0, 0, 0], [10, 0, 0], [0, 20, 0]])
     >>> fit_rigid(points, points + [1.0, 2.0, 3.0]).translation_mm.round(9)
     array([1., 2., 3.])
-
     """
     R, _ = _fitted_rotation(source_mm, target_mm)
     return RigidTransform(R, target_mm.mean(axis=0) - R @ source_mm.mean(axis=0))
@@ -178,7 +171,6 @@ def fit_similarity(source_mm: Float, target_mm: Float) -> SimilarityTransform:
     >>> points = np.array([[0.0, 0, 0], [10, 0, 0], [0, 20, 0]])
     >>> round(fit_similarity(points, 1.05 * points).scale, 9)
     1.05
-
     """
     R, gain = _fitted_rotation(source_mm, target_mm)
     centred = source_mm - source_mm.mean(axis=0)
@@ -210,7 +202,6 @@ def rigid_covariance(origin_mm: Float, points_mm: Float, covariances_mm2: Float)
     References
     ----------
     K. Kanatani, Geometric Computation for Machine Vision (1993), ch. 5; docs/method.md.
-
     """
     n = len(points_mm)
     centre = points_mm.mean(axis=0)
@@ -242,7 +233,6 @@ def approximate_poses(model_mm: Float, points_mm: Float) -> tuple[Float, Float]:
     rotation : Float
         Rotations, shape (..., 3, 3). For a flat triad the third column is the thesis's orientation,
         (b0 - b2) x (b0 - b1) of unit length (fig. 5.7).
-
     """
     R = _three_point_axes(points_mm) @ _three_point_axes(model_mm).T
     origin = points_mm.mean(axis=-2) - R @ model_mm.mean(axis=0)

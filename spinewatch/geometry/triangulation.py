@@ -28,7 +28,6 @@ class Triangulation:
         Length of the common perpendicular of two rays, shape (n,), mm.
     chi2
         Chi-square of the image residuals, shape (n,), with 2k - 3 degrees of freedom for k rays.
-
     """
 
     position_mm: Float
@@ -66,7 +65,6 @@ def triangulate(rays: Sequence[Rays]) -> Triangulation:
     >>> rays = [camera.rays(camera.project(point), 0.1**2 * np.eye(2)) for camera in (rig.left, rig.right)]
     >>> triangulate(rays).position_mm.round(6)
     array([[100.,  50.,  20.]])
-
     """
     X, parallax = nearest_points(rays)
     weights = [np.linalg.inv(r.covariance_mm2) for r in rays]

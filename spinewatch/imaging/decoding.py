@@ -1,7 +1,7 @@
-"""From the bytes of a picture to its gray levels.
+"""Decoding of image files to gray levels.
 
-Pillow decodes all four formats: OpenCV 4.14 reads 8-bit gray Sun rasters without a colour map as black, turns
-TIFFs by their orientation tag even when told not to, and prints its own lines on stderr.
+Pillow decodes all four formats: OpenCV 4.14 reads 8-bit gray Sun rasters without a colour map as black, rotates TIFFs
+by their orientation tag even with the flag that forbids it, and prints its own messages on stderr.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from spinewatch.arrays import Pixels
 from spinewatch.errors import ImageError
 from spinewatch.imaging.header import open_image, orientation
 
-_UNDO_TURN = {
+_UNDO_ORIENTATION = {
     2: Image.Transpose.FLIP_LEFT_RIGHT,
     3: Image.Transpose.ROTATE_180,
     4: Image.Transpose.FLIP_TOP_BOTTOM,
@@ -25,23 +25,47 @@ _UNDO_TURN = {
 
 
 def decode_image(data: bytes) -> Pixels:
-    """Return the gray levels (H, W) as stored, uint8, or uint16 for 16-bit gray.
+    """Return the gray levels of an image file as stored.
 
-    Rows and columns are those of the sensor: an orientation tag is ignored, since a calibration holds for the
-    frame as it was read out. Colour becomes luma (ITU-R BT.601), transparency is ignored, 16-bit colour keeps
-    its upper 8 bits. Raises ``ImageError`` as ``inspect_image`` does, and for a truncated or damaged file.
+    Rows and columns are those of the sensor: an orientation tag is ignored, because a calibration holds for the frame
+    as it was read out. Colour is converted to luma (ITU-R BT.601) with its upper 8 bits; transparency is ignored.
+
+    Parameters
+    ----------
+    data
+        Contents of a PNG, TIFF, JPEG or Sun raster file.
+
+    Returns
+    -------
+    Pixels
+        Gray levels, shape (H, W); uint16 for 16-bit gray, else uint8.
+
+    Raises
+    ------
+    ImageError
+        As `inspect_image`, and for a truncated or damaged file.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> buffer = BytesIO()
+    >>> Image.new("RGB", (3, 2), (255, 0, 0)).save(buffer, "PNG")
+    >>> decode_image(buffer.getvalue())
+    array([[76, 76, 76],
+           [76, 76, 76]], dtype=uint8)
     """
     with open_image(data) as image:
-        turn = _UNDO_TURN.get(orientation(image))
+        undo = _UNDO_ORIENTATION.get(orientation(image))
         try:
             image.load()
-            stored = image if turn is None else image.transpose(turn)
+            stored = image if undo is None else image.transpose(undo)
             return _gray(stored)
-        except Exception as error:  # a decoder of hostile bytes raises whatever it likes
-            raise ImageError("the picture is damaged or incomplete; copy it again") from error
+        except Exception as error:  # decoders of hostile bytes raise exceptions of any class
+            raise ImageError("the image is damaged or incomplete; copy it again") from error
 
 
 def _gray(image: Image.Image) -> Pixels:
+    """Return the gray levels (H, W) of a decoded image."""
     if image.mode.startswith("I;16"):
         return np.asarray(image).astype(np.uint16)
     if image.mode in ("P", "PA"):

@@ -1,4 +1,4 @@
-"""The header of an uploaded picture: what it is and how large, read without decoding a pixel."""
+"""The header of an uploaded image: format and size, read without decoding a pixel."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from PIL import Image
 from spinewatch.errors import ImageError
 
 MAX_PIXELS = 64_000_000
-"""Largest picture that is ever decoded: some 270 frames of the 568 x 416 cart."""
+"""Largest image that is decoded: 270 frames of the 568 x 416 cart."""
 
 _MEDIA_TYPES = {
     "PNG": "image/png",
@@ -19,14 +19,24 @@ _MEDIA_TYPES = {
     "SUN": "image/x-sun-raster",
 }
 _FORMATS = tuple(_MEDIA_TYPES)
-_NOT_GRAY = frozenset({"I", "F"})  # 32-bit samples have no agreed white
-_TURNED = frozenset({5, 6, 7, 8})
+_NOT_GRAY = frozenset({"I", "F"})  # samples of 32 bits have no defined white level
+_TRANSPOSED = frozenset({5, 6, 7, 8})
 _ORIENTATION_TAG = 274
 
 
 @dataclass(frozen=True)
 class ImageHeader:
-    """What a file claims to hold: ``kind`` (PNG, TIFF, JPEG, SUN), ``media_type``, size in px as stored."""
+    """Format and size of an image file according to its header.
+
+    Attributes
+    ----------
+    kind
+        File format: PNG, TIFF, JPEG or SUN.
+    media_type
+        Its media type.
+    width, height
+        Size as stored, px, without regard to an orientation tag.
+    """
 
     kind: str
     media_type: str
@@ -40,20 +50,57 @@ class ImageHeader:
 
 
 def inspect_image(data: bytes) -> ImageHeader:
-    """Return the header of a single gray or colour picture; no pixel is decoded.
+    """Return the header of an image file without decoding its pixels.
 
-    Raises ``ImageError`` for anything but a PNG, TIFF, JPEG or Sun raster picture of up to ``MAX_PIXELS``.
+    Parameters
+    ----------
+    data
+        Contents of the file.
+
+    Returns
+    -------
+    ImageHeader
+        Format and size.
+
+    Raises
+    ------
+    ImageError
+        When the file is not a single gray or colour image of up to `MAX_PIXELS` in PNG, TIFF, JPEG or Sun raster
+        format.
+
+    Examples
+    --------
+    >>> buffer = BytesIO()
+    >>> Image.new("L", (568, 416)).save(buffer, "PNG")
+    >>> inspect_image(buffer.getvalue())
+    ImageHeader(kind='PNG', media_type='image/png', width=568, height=416)
     """
     with open_image(data) as image:
         width, height = image.size
-        if orientation(image) in _TURNED:
+        if orientation(image) in _TRANSPOSED:
             width, height = height, width
         kind = str(image.format)
     return ImageHeader(kind, _MEDIA_TYPES[kind], width, height)
 
 
 def open_image(data: bytes) -> Image.Image:
-    """Return the checked but undecoded Pillow image; raises as ``inspect_image``."""
+    """Return a checked Pillow image whose pixels are not decoded yet.
+
+    Parameters
+    ----------
+    data
+        Contents of the file.
+
+    Returns
+    -------
+    PIL.Image.Image
+        The image; the caller closes it.
+
+    Raises
+    ------
+    ImageError
+        As `inspect_image`.
+    """
     if not data:
         raise ImageError("the file is empty; copy it again")
     try:
@@ -61,22 +108,33 @@ def open_image(data: bytes) -> Image.Image:
         several = bool(getattr(image, "is_animated", False))
     except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
         raise ImageError(_too_large()) from error
-    except Exception as error:  # a parser of hostile bytes raises whatever it likes
-        raise ImageError("the file is not a PNG, TIFF, JPEG or Sun raster picture, or is damaged") from error
+    except Exception as error:  # parsers of hostile bytes raise exceptions of any class
+        raise ImageError("the file is not a PNG, TIFF, JPEG or Sun raster image, or is damaged") from error
     if several:
-        raise ImageError("the file holds several pictures; send one picture a file")
+        raise ImageError("the file holds several images; send one image per file")
     if image.mode in _NOT_GRAY:
-        raise ImageError("the picture has 32-bit samples; export it with 8 or 16 bits")
+        raise ImageError("the image has 32-bit samples; export it with 8 or 16 bits")
     if image.width * image.height > MAX_PIXELS:
         raise ImageError(_too_large())
     return image
 
 
 def orientation(image: Image.Image) -> int:
-    """Return the orientation that Pillow applies to an image by itself: of a TIFF its tag, of others 1."""
+    """Return the EXIF orientation that Pillow applies when it decodes an image.
+
+    Parameters
+    ----------
+    image
+        Image that is not decoded yet.
+
+    Returns
+    -------
+    int
+        The orientation tag of a TIFF, 1 to 8; 1 (none) for other formats, which Pillow decodes as stored.
+    """
     tags = getattr(image, "tag_v2", {}) if image.format == "TIFF" else {}
     return int(tags.get(_ORIENTATION_TAG, 1))
 
 
 def _too_large() -> str:
-    return f"the picture has more than {MAX_PIXELS // 1_000_000} million pixels; send the camera's own frame"
+    return f"the image has more than {MAX_PIXELS // 1_000_000} million pixels; send the camera's own frame"

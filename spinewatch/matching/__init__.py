@@ -1,1 +1,1 @@
-"""MATCH-POINT's lower levels: from features in two views to points in space."""
+"""Correspondence (MATCH-POINT's lower levels): from features of two images to points and candidate triads."""

@@ -1,9 +1,9 @@
-"""The likeliest row of triads along the spine, of which no two share a feature: an exact choice.
+"""The most likely chain of triads along the spine in which no two exclude each other: an exact optimum.
 
-Dynamic programming along the spine finds the best row when only neighbours must exclude each other. That
-relaxed optimum bounds the true one from above. Where it uses a feature twice, the problem is split in two,
-each without one of the two triads, and the half with the higher bound is examined first: the first row found
-that shares nothing is the best of all.
+Dynamic programming finds the best chain if only neighbours exclude each other. The value of this relaxed problem is
+an upper bound of the true one. Where its chain contains two triads that exclude each other, the problem is split in
+two, each without one of them, and the part with the higher bound is examined first (branch and bound). The first chain
+without a conflict is the best of all.
 """
 
 from __future__ import annotations
@@ -16,34 +16,78 @@ import numpy as np
 
 from spinewatch.arrays import Bool, Float, Int
 
-_STEP_SHARES = {1.0: 0.72, 2.0: 0.08, 3.0: 0.04, 0.5: 0.04, 1.5: 0.04, 2 / 3: 0.04, 1 / 3: 0.02, 4 / 3: 0.02}
-"""How often a gap between neighbours has this ratio to the row's spacing: levels skipped, or a triad unseen."""
-_MOST_SPLITS = 500
+_GRID = 400
+"""Number of samples of the density of gaps."""
+
+_MIN_DENSITY = 1e-12
+"""Floor of the density of gaps, whose logarithm would be infinite."""
 
 
 @dataclass(frozen=True)
 class ChainParameters:
-    """What is known of a row of triads before an image is seen.
+    """Prior knowledge of the chain of triads.
 
-    ``spacing_mm`` (least, most) that is usual in a row, ``spacing_sd`` its relative irregularity;
-    ``shortest_mm`` between neighbours, which would touch if closer; ``slope_sd`` of a straight row against
-    the spine axis, sideways and in height, ``curved_sd`` of the share ``curved`` of steps in a bent one;
-    ``slope_limit`` of any. ``min_log_odds`` that a triad must add (4.6 is 100 to 1).
+    Attributes
+    ----------
+    spacing_mm
+        Smallest and largest usual spacing of a chain, mm.
+    n_spacings
+        Number of spacings tried between the two.
+    spacing_sd
+        Relative standard deviation of a gap from the spacing.
+    gap_ratios
+        Pairs of (ratio of a gap to the spacing, probability): levels skipped, or triads not detected.
+    min_gap_mm
+        Smallest distance between two triads, which would touch if they were nearer, mm.
+    slope_sd
+        Standard deviation of the slope of a step against the spine axis, sideways and in height.
+    bent_slope_sd
+        The same for steps in a strongly curved part.
+    bent_probability
+        Probability of such a step.
+    max_slope
+        Largest slope of a step.
+    min_log_odds
+        Smallest contribution of a triad to the log-odds of the chain; 4.6 is 100 to 1.
+    max_splits
+        Number of subproblems after which the weaker triad of a conflict is dropped instead of splitting.
     """
 
     spacing_mm: tuple[float, float] = (30.0, 80.0)
+    n_spacings: int = 10
     spacing_sd: float = 0.12
-    shortest_mm: float = 20.0
+    gap_ratios: tuple[tuple[float, float], ...] = (
+        (1.0, 0.72),
+        (2.0, 0.08),
+        (3.0, 0.04),
+        (0.5, 0.04),
+        (1.5, 0.04),
+        (2 / 3, 0.04),
+        (1 / 3, 0.02),
+        (4 / 3, 0.02),
+    )
+    min_gap_mm: float = 20.0
     slope_sd: float = 0.3
-    curved_sd: float = 1.0
-    curved: float = 0.1
-    slope_limit: float = 2.5
+    bent_slope_sd: float = 1.0
+    bent_probability: float = 0.1
+    max_slope: float = 2.5
     min_log_odds: float = 4.6
+    max_splits: int = 500
 
 
 @dataclass(frozen=True, eq=False)
 class ChainCandidates:
-    """c possible triads: origins (c, 3), ``log_odds`` (c,) for each alone, and which pairs exclude each other."""
+    """c triads that may be members of the chain.
+
+    Attributes
+    ----------
+    origin_mm
+        Origins, shape (c, 3), object space, mm.
+    log_odds
+        Log-odds of each on its own, shape (c,).
+    exclusive
+        Whether two of them exclude each other, shape (c, c).
+    """
 
     origin_mm: Float
     log_odds: Float
@@ -51,105 +95,158 @@ class ChainCandidates:
 
 
 def best_chain(
-    places: ChainCandidates, axis: int, volume_mm3: float, limit: int, parameters: ChainParameters
+    candidates: ChainCandidates, axis: int, volume_mm3: float, max_length: int, parameters: ChainParameters
 ) -> tuple[Int, float]:
-    """Return the members (k,) of the likeliest row, in order along the axis, and its logarithm of odds.
+    """Return the most likely chain.
 
-    At most ``limit`` of them; no two exclusive. An empty row has odds of 0. Exact for a spacing from a list
-    of ten; splitting ends after 500 rows, which no scene has come near, with the best row that drops the
-    weaker of each pair still in conflict.
+    Parameters
+    ----------
+    candidates
+        Triads that may be members.
+    axis
+        Object axis along which the spine extends: 0 or 1.
+    volume_mm3
+        Volume in which chance triads are uniformly distributed, mm^3.
+    max_length
+        Largest number of members.
+    parameters
+        Prior knowledge of the chain.
+
+    Returns
+    -------
+    members : Int
+        Indices of the members in order along the axis, shape (k,); empty if no chain is more likely than none.
+    log_odds : float
+        Log-odds of the chain, 0 for an empty one.
+
+    References
+    ----------
+    Replaces heuristics H1 to H5 of thesis section 5.6; branch and bound after A. H. Land and A. G. Doig, Econometrica
+    28 (1960) 497.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> origins = np.array([[0.0, 0, 0], [50, 0, 0], [52, 3, 0], [100, 0, 0]])
+    >>> exclusive = np.linalg.norm(origins[:, None] - origins, axis=-1) < 20
+    >>> candidates = ChainCandidates(origins, np.array([9.0, 9.0, 7.0, 9.0]), exclusive)
+    >>> members, _ = best_chain(candidates, 0, 200.0**3, 4, ChainParameters())
+    >>> members
+    array([0, 1, 3])
     """
-    worth = places.log_odds - parameters.min_log_odds
-    spacings = np.geomspace(*parameters.spacing_mm, 10)
-    steps = step_gains(places, axis, volume_mm3, spacings, parameters)
+    gains = candidates.log_odds - parameters.min_log_odds
+    spacings = np.geomspace(*parameters.spacing_mm, parameters.n_spacings)
+    steps = step_log_odds(candidates, axis, volume_mm3, spacings, parameters)
     order = count()
 
     def examine(excluded: frozenset[int]) -> tuple[float, int, frozenset[int], Int]:
-        allowed = worth.copy()
+        allowed = gains.copy()
         allowed[list(excluded)] = -np.inf
-        row, value = _relaxed(allowed, steps, limit)
-        return -value, next(order), excluded, row
+        chain, value = _relaxed(allowed, steps, max_length)
+        return -value, next(order), excluded, chain
 
     heap = [examine(frozenset())]
     while True:
-        negative, number, excluded, row = heapq.heappop(heap)
-        conflict = _conflict(row, places.exclusive)
+        negative, number, excluded, chain = heapq.heappop(heap)
+        conflict = _conflict(chain, candidates.exclusive)
         if conflict is None:
-            return row, -negative
-        if number > _MOST_SPLITS:
-            weaker = min(conflict, key=lambda k: places.log_odds[k])
+            return chain, -negative
+        if number > parameters.max_splits:
+            weaker = min(conflict, key=lambda k: candidates.log_odds[k])
             heap = [examine(excluded | {weaker})]
             continue
         for member in conflict:
             heapq.heappush(heap, examine(excluded | {member}))
 
 
-def _relaxed(worth: Float, steps: Float, limit: int) -> tuple[Int, float]:
-    """Return the best row (k,) if only neighbours exclude each other, and its value."""
-    value = np.tile(worth, (len(steps), 1))
-    best, row = 0.0, np.empty(0, dtype=np.intp)
-    before: list[Int] = []
-    for length in range(1, limit + 1):
-        s, last = np.unravel_index(np.argmax(value), value.shape)
-        if value[s, last] > best:
-            best, row = float(value[s, last]), _trace(before, int(s), int(last))
-        if length == limit:
-            break
-        total = value[:, :, None] + steps
-        before.append(total.argmax(axis=1))
-        value = total.max(axis=1) + worth
-        if not np.any(value > -np.inf):
-            break
-    return row, best
-
-
-def _conflict(row: Int, exclusive: Bool) -> tuple[int, int] | None:
-    pairs = np.argwhere(np.triu(exclusive[np.ix_(row, row)], 1))
-    return (int(row[pairs[0][0]]), int(row[pairs[0][1]])) if len(pairs) else None
-
-
-def _trace(before: list[Int], spacing: int, last: int) -> Int:
-    row = [last]
-    for previous in reversed(before):
-        row.append(int(previous[spacing, row[-1]]))
-    return np.array(row[::-1], dtype=np.intp)
-
-
-def step_gains(
-    places: ChainCandidates, axis: int, volume_mm3: float, spacings: Float, p: ChainParameters
+def step_log_odds(
+    candidates: ChainCandidates, axis: int, volume_mm3: float, spacings_mm: Float, parameters: ChainParameters
 ) -> Float:
-    """Return (s, c, c): how much likelier j lies where it is as i's next neighbour than by chance."""
-    d = places.origin_mm[None] - places.origin_mm[:, None]
+    """Return the log-odds of steps between neighbours: the likelihood as a step of the chain to that by chance.
+
+    Parameters
+    ----------
+    candidates
+        c triads that may be members.
+    axis
+        Object axis along which the spine extends: 0 or 1.
+    volume_mm3
+        Volume in which chance triads are uniformly distributed, mm^3.
+    spacings_mm
+        Spacings of the chain, shape (s,), mm.
+    parameters
+        Prior knowledge of the chain.
+
+    Returns
+    -------
+    Float
+        Log-odds of j as the next neighbour of i for each spacing, shape (s, c, c); minus infinity where impossible.
+    """
+    p = parameters
+    d = candidates.origin_mm[None] - candidates.origin_mm[:, None]
     along, length = d[..., axis], np.linalg.norm(d, axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
         slopes = np.delete(d, axis, axis=-1) / along[..., None]
-    possible = (along > 0) & np.all(np.abs(slopes) <= p.slope_limit, axis=-1) & ~places.exclusive
+    possible = (along > 0) & np.all(np.abs(slopes) <= p.max_slope, axis=-1) & ~candidates.exclusive
     i, j = np.nonzero(possible)
-    across = (slopes[i, j] ** 2).sum(axis=1)
+    squared_slope = (slopes[i, j] ** 2).sum(axis=1)
     direction = np.logaddexp(
-        np.log1p(-p.curved) + _log_normal_2d(across, p.slope_sd),
-        np.log(p.curved) + _log_normal_2d(across, p.curved_sd),
+        np.log1p(-p.bent_probability) + _log_normal_2d(squared_slope, p.slope_sd),
+        np.log(p.bent_probability) + _log_normal_2d(squared_slope, p.bent_slope_sd),
     )
-    grid, density = _ratio_density(p.spacing_sd)
-    ratio = np.log(length[i, j]) - np.log(spacings)[:, None]
-    spacing = np.interp(ratio, grid, density, left=-np.inf, right=-np.inf)
-    size = np.log(length[i, j]) + 2 * np.log(along[i, j])  # from ratio and slopes to mm
-    gains = np.full((len(spacings), *possible.shape), -np.inf)
-    gains[:, i, j] = spacing + direction + (np.log(volume_mm3) - size)
-    return gains
+    grid, density = _log_gap_density(p)
+    log_ratio = np.log(length[i, j]) - np.log(spacings_mm)[:, None]
+    spacing = np.interp(log_ratio, grid, density, left=-np.inf, right=-np.inf)
+    log_jacobian = np.log(length[i, j]) + 2 * np.log(along[i, j])  # from log ratio and slopes to mm
+    log_odds = np.full((len(spacings_mm), *possible.shape), -np.inf)
+    log_odds[:, i, j] = spacing + direction + (np.log(volume_mm3) - log_jacobian)
+    return log_odds
+
+
+def _relaxed(gains: Float, steps: Float, max_length: int) -> tuple[Int, float]:
+    """Return the best chain (k,) if only neighbours exclude each other, and its value."""
+    value = np.tile(gains, (len(steps), 1))
+    best, chain = 0.0, np.empty(0, dtype=np.intp)
+    predecessors: list[Int] = []
+    for length in range(1, max_length + 1):
+        s, last = np.unravel_index(np.argmax(value), value.shape)
+        if value[s, last] > best:
+            best, chain = float(value[s, last]), _backtrack(predecessors, int(s), int(last))
+        if length == max_length:
+            break
+        total = value[:, :, None] + steps
+        predecessors.append(total.argmax(axis=1))
+        value = total.max(axis=1) + gains
+        if not np.any(value > -np.inf):
+            break
+    return chain, best
+
+
+def _backtrack(predecessors: list[Int], spacing: int, last: int) -> Int:
+    """Return the chain (k,) that ends in a member, from the predecessors (s, c) of each length."""
+    chain = [last]
+    for predecessor in reversed(predecessors):
+        chain.append(int(predecessor[spacing, chain[-1]]))
+    return np.array(chain[::-1], dtype=np.intp)
+
+
+def _conflict(chain: Int, exclusive: Bool) -> tuple[int, int] | None:
+    """Return the first two members of a chain that exclude each other."""
+    pairs = np.argwhere(np.triu(exclusive[np.ix_(chain, chain)], 1))
+    return (int(chain[pairs[0][0]]), int(chain[pairs[0][1]])) if len(pairs) else None
 
 
 def _log_normal_2d(squares: Float, sd: float) -> Float:
+    """Return the log density of an isotropic normal distribution in the plane, of squared lengths (n,)."""
     return np.asarray(-0.5 * squares / sd**2 - np.log(2 * np.pi * sd**2))
 
 
-def _ratio_density(sd: float) -> tuple[Float, Float]:
-    """Return a grid of logarithms of gap over spacing and their log-density there."""
-    grid = np.linspace(np.log(1 / 3) - 4 * sd, np.log(3) + 4 * sd, 400)
+def _log_gap_density(p: ChainParameters) -> tuple[Float, Float]:
+    """Return a grid (g,) of the logarithm of gap over spacing, and the log density there."""
+    ratios = [ratio for ratio, _ in p.gap_ratios]
+    grid = np.linspace(np.log(min(ratios)) - 4 * p.spacing_sd, np.log(max(ratios)) + 4 * p.spacing_sd, _GRID)
     density = np.zeros_like(grid)
-    for ratio, share in _STEP_SHARES.items():
-        spread = sd / np.sqrt(max(ratio, 1.0))
-        density += (
-            share * np.exp(-0.5 * ((grid - np.log(ratio)) / spread) ** 2) / (np.sqrt(2 * np.pi) * spread)
-        )
-    return grid, np.log(density + 1e-12)
+    for ratio, probability in p.gap_ratios:
+        sd = p.spacing_sd / np.sqrt(max(ratio, 1.0))
+        density += probability * np.exp(-0.5 * ((grid - np.log(ratio)) / sd) ** 2) / (np.sqrt(2 * np.pi) * sd)
+    return grid, np.log(density + _MIN_DENSITY)

@@ -1,41 +1,53 @@
-"""Model matching: points whose mutual distances are those of a marker (section 5.6)."""
+"""Identification of markers: tuples of points whose mutual distances are those of a marker."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.special import gammaln
 from scipy.stats import chi2
 
-from spinewatch.arrays import Float, Int
+from spinewatch.arrays import Bool, Float, Int
 from spinewatch.markers import TriadModel
 from spinewatch.matching.points import Points
 
 
 @dataclass(frozen=True)
 class IdentificationParameters:
-    """Limits of a triplet.
+    """Limits of the distance errors of a triad.
 
-    ``tolerance_mm`` bounds each distance error (tau of eq. 5.16). Together the distance errors must fit their
-    covariance, to which the making of the marker adds ``model_sd_mm`` per distance; ``loss`` is the share of
-    true triads that this discards, 0 for none.
+    Attributes
+    ----------
+    tolerance_mm
+        Largest error of each distance, tau of eq. 5.16, mm.
+    significance
+        Probability that the chi-square test of the distance errors discards a true triad; 0 for no test.
+    model_sd_mm
+        Standard deviation of each distance of a marker as manufactured, mm.
     """
 
     tolerance_mm: float = 5.0
-    loss: float = 0.001
+    significance: float = 0.001
     model_sd_mm: float = 0.2
 
 
 @dataclass(frozen=True, eq=False)
 class Triplets:
-    """t candidates of a marker of n balls: triplets, or quadruplets for one of four.
+    """t tuples of points that may be a marker of n balls: triplets, or quadruplets for one of four balls.
 
-    ``point`` (t, n) indices in the order of the model's balls; ``error_mm`` (t,) of eq. 5.17;
-    ``distance_chi2`` (t,) of the distance errors, 3 n - 6 degrees of freedom; ``log_odds`` (t,), logarithm of
-    how much likelier these errors are for a true triad than for a chance triplet that passed the limits.
+    Attributes
+    ----------
+    point
+        Indices of points in the order of the model's balls, shape (t, n).
+    error_mm
+        Errors of the distance matrix (eq. 5.17), shape (t,), mm.
+    distance_chi2
+        Chi-squares of the distance errors, shape (t,), 3 n - 6 degrees of freedom.
+    log_odds
+        Logarithms of the ratio of the likelihood of the distance errors for a true triad to that for a chance tuple
+        within the limits, shape (t,).
     """
 
     point: Int
@@ -47,60 +59,141 @@ class Triplets:
         return len(self.point)
 
     def take(self, index: object) -> Triplets:
-        """Return the triplets chosen by an index or mask array."""
+        """Return a selection of the tuples.
+
+        Parameters
+        ----------
+        index
+            Index or mask array.
+
+        Returns
+        -------
+        Triplets
+            The selected tuples, in the order of the index.
+        """
         i = np.asarray(index)
-        return Triplets(self.point[i], self.error_mm[i], self.distance_chi2[i], self.log_odds[i])
+        return Triplets(*(getattr(self, f.name)[i] for f in fields(self)))
 
 
 def identify_triads(
     points: Points, model: TriadModel, parameters: IdentificationParameters, *, distinct_features: bool = True
 ) -> Triplets:
-    """Return every ordered tuple of points that satisfies eq. 5.16, by increasing ``distance_chi2``.
+    """Return every ordered tuple of points whose distances are those of a marker.
 
-    Points appear once for each of their orders that fits. ``distinct_features`` applies heuristic H1 while
-    searching, which is the same and faster. Departs from the thesis by the covariance gate, and by markers of
-    four balls, whose mirror images are left out.
+    Parameters
+    ----------
+    points
+        Triangulated points.
+    model
+        The marker.
+    parameters
+        Limits of the distance errors.
+    distinct_features
+        Whether the balls must have different features in both images: heuristic H1, applied during the search.
+
+    Returns
+    -------
+    Triplets
+        Tuples by increasing chi-square; a set of points appears once for each of its orders that fits.
+
+    References
+    ----------
+    Thesis section 5.6, eqs 5.16 and 5.17. Departures: the distance errors must also fit their covariance, and markers
+    may have four balls, of which mirror images are discarded.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from spinewatch.markers import FLAT_10_14_18 as model
+    >>> n, index = 3, np.arange(3)
+    >>> covariance = np.tile(0.1**2 * np.eye(3), (n, 1, 1))
+    >>> nothing = np.zeros(n)
+    >>> points = Points(model.coordinates_mm + 100, covariance, index, index, nothing, nothing, nothing, nothing)
+    >>> identify_triads(points, model, IdentificationParameters()).point
+    array([[0, 1, 2]])
     """
     tuples = _fitting_tuples(points, model, parameters, distinct_features)
-    tuples = tuples[model.same_hand(points.position_mm[tuples])]
-    found = _weigh(tuples, points, model, parameters)
+    tuples = tuples[model.matches_chirality(points.position_mm[tuples])]
+    found = _rate_tuples(tuples, points, model, parameters)
     order = np.argsort(found.distance_chi2, kind="stable")
-    limit = float(chi2.isf(parameters.loss, _freedom(model)))
+    limit = float(chi2.isf(parameters.significance, _dof(model)))
     return found.take(order[found.distance_chi2[order] <= limit])
 
 
 def distance_errors(balls_mm: Float, model: TriadModel) -> Float:
-    """Return measured minus model distances (..., d) of balls (..., n, 3); their norm is eq. 5.17."""
+    """Return measured minus model distances.
+
+    Parameters
+    ----------
+    balls_mm
+        Balls in the order of the model, shape (..., n, 3), mm.
+    model
+        The marker.
+
+    Returns
+    -------
+    Float
+        Errors of the distances between the ball pairs, shape (..., d), mm; their norm is the error of eq. 5.17.
+    """
     a, b = (balls_mm[..., k, :] for k in model.pairs.T)
     return np.asarray(np.linalg.norm(a - b, axis=-1) - model.distances_mm)
 
 
-def within_reach(
-    points: Points, distances_mm: Float, tolerance_mm: float, distinct: bool = True
+def pairs_at_distances(
+    points: Points, distances_mm: Float, tolerance_mm: float, distinct_features: bool = True
 ) -> list[Int]:
-    """Return for each distance the ordered pairs (p, 2) of points that far from each other, within a tolerance.
+    """Return the pairs of points at given distances from each other.
 
-    ``distinct`` pairs share no feature.
+    Parameters
+    ----------
+    points
+        Triangulated points.
+    distances_mm
+        Distances, shape (d,), mm.
+    tolerance_mm
+        Largest deviation from a distance, mm.
+    distinct_features
+        Whether the points of a pair must have different features in both images.
+
+    Returns
+    -------
+    list of Int
+        Ordered pairs of indices for each distance, shape (p, 2); every pair appears in both orders.
     """
-    pairs = _neighbours(points, float(distances_mm.max()) + tolerance_mm, distinct)
+    pairs = _neighbours(points, float(distances_mm.max()) + tolerance_mm, distinct_features)
     length = np.linalg.norm(points.position_mm[pairs[:, 0]] - points.position_mm[pairs[:, 1]], axis=1)
     return [pairs[np.abs(length - d) < tolerance_mm] for d in distances_mm]
 
 
-def log_gate_volume(freedom: int, loss: float) -> float:
-    """Return the logarithm of the volume in which whitened errors pass a chi-square gate."""
-    radius2 = float(chi2.isf(loss, freedom))
-    return float(0.5 * freedom * np.log(np.pi * radius2) - gammaln(freedom / 2 + 1))
+def log_gate_volume(dof: int, significance: float) -> float:
+    """Return the logarithm of the volume of whitened errors that pass a chi-square test.
+
+    Parameters
+    ----------
+    dof
+        Degrees of freedom.
+    significance
+        Probability that the test discards a true value.
+
+    Returns
+    -------
+    float
+        Log volume of a ball in ``dof`` dimensions, without unit.
+    """
+    radius2 = float(chi2.isf(significance, dof))
+    return float(0.5 * dof * np.log(np.pi * radius2) - gammaln(dof / 2 + 1))
 
 
-def _freedom(model: TriadModel) -> int:
+def _dof(model: TriadModel) -> int:
+    """Return the degrees of freedom of the distances between n balls."""
     return 3 * len(model.balls) - 6
 
 
 def _fitting_tuples(
     points: Points, model: TriadModel, parameters: IdentificationParameters, distinct: bool
 ) -> Int:
-    lists = within_reach(points, model.distances_mm, parameters.tolerance_mm, distinct)
+    """Return the tuples (t, n) whose distances are within the tolerance, ball by ball."""
+    lists = pairs_at_distances(points, model.distances_mm, parameters.tolerance_mm, distinct)
     of_pair = {tuple(pair): i for i, pair in enumerate(model.pairs.tolist())}
     tuples = lists[of_pair[0, 1]]
     for ball in range(2, len(model.balls)):
@@ -108,27 +201,31 @@ def _fitting_tuples(
         for other in range(1, ball):
             a, b = tuples[:, other], tuples[:, ball]
             length = np.linalg.norm(points.position_mm[a] - points.position_mm[b], axis=1)
-            wanted = model.distances_mm[of_pair[other, ball]]
-            fits = np.abs(length - wanted) < parameters.tolerance_mm
+            model_length = model.distances_mm[of_pair[other, ball]]
+            fits = np.abs(length - model_length) < parameters.tolerance_mm
             tuples = tuples[fits & _distinct(points, a, b) if distinct else fits]
     return tuples
 
 
-def _weigh(tuples: Int, points: Points, model: TriadModel, parameters: IdentificationParameters) -> Triplets:
+def _rate_tuples(
+    tuples: Int, points: Points, model: TriadModel, parameters: IdentificationParameters
+) -> Triplets:
+    """Return tuples (t, n) with the chi-squares and log-odds of their distance errors."""
     balls = points.position_mm[tuples]
     errors = distance_errors(balls, model)
     S = _error_covariance(balls, points.covariance_mm2[tuples], model.pairs)
     S += parameters.model_sd_mm**2 * np.eye(len(model.pairs))
-    surprise = np.einsum("td,td->t", errors, np.linalg.solve(S, errors[..., None])[..., 0])
+    chi_square = np.einsum("td,td->t", errors, np.linalg.solve(S, errors[..., None])[..., 0])
     k = len(model.pairs)
     half_log_det = 0.5 * np.linalg.slogdet(S)[1]
-    density = -0.5 * surprise - half_log_det - 0.5 * k * np.log(2 * np.pi)
-    gate = half_log_det + log_gate_volume(_freedom(model), parameters.loss)
-    chance = -np.minimum(gate, k * np.log(2 * parameters.tolerance_mm))
-    return Triplets(tuples, np.linalg.norm(errors, axis=1), surprise, density - chance)
+    log_density = -0.5 * chi_square - half_log_det - 0.5 * k * np.log(2 * np.pi)
+    log_gate = half_log_det + log_gate_volume(_dof(model), parameters.significance)
+    log_chance_density = -np.minimum(log_gate, k * np.log(2 * parameters.tolerance_mm))
+    return Triplets(tuples, np.linalg.norm(errors, axis=1), chi_square, log_density - log_chance_density)
 
 
 def _error_covariance(balls_mm: Float, covariances_mm2: Float, pairs: Int) -> Float:
+    """Return the covariances (t, d, d) of the distances between balls (t, n, 3)."""
     t, n = balls_mm.shape[:2]
     J = np.zeros((t, len(pairs), n, 3))
     for row, (a, b) in enumerate(pairs):
@@ -140,6 +237,7 @@ def _error_covariance(balls_mm: Float, covariances_mm2: Float, pairs: Int) -> Fl
 
 
 def _neighbours(points: Points, radius_mm: float, distinct: bool) -> Int:
+    """Return the ordered pairs (p, 2) of points within a radius of each other."""
     if len(points) < 2:
         return np.empty((0, 2), dtype=np.intp)
     pairs = cKDTree(points.position_mm).query_pairs(radius_mm, output_type="ndarray")
@@ -148,13 +246,14 @@ def _neighbours(points: Points, radius_mm: float, distinct: bool) -> Int:
     return np.concatenate([pairs, pairs[:, ::-1]])
 
 
-def _distinct(points: Points, a: Int, b: Int) -> NDArray[np.bool_]:
+def _distinct(points: Points, a: Int, b: Int) -> Bool:
+    """Return whether points (p,) and points (p,) have different features in both images."""
     left, right = points.left_index, points.right_index
     return np.asarray((left[a] != left[b]) & (right[a] != right[b]))
 
 
 def _join(tuples: Int, second: Int, n: int) -> Int:
-    """Return all (a, ..., c) with (a, ...) in ``tuples`` and (a, c) in ``second``."""
+    """Return all (a, ..., c) with (a, ...) in ``tuples`` and (a, c) in ``second``, of n points."""
     second = second[np.argsort(second[:, 0], kind="stable")]
     count = np.bincount(second[:, 0], minlength=n)
     start = np.cumsum(count) - count

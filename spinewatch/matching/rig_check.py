@@ -1,17 +1,16 @@
-"""The rig checks itself: whether balls seen in both views still satisfy the calibration's epipolar geometry.
+"""Check of the rig: whether ball images still satisfy the epipolar geometry of the calibration.
 
-A camera that was bumped no longer sees the right image of a ball on the epipolar line of the left one. Only
-that distance shows it: turns and shifts that move images along the lines pass for other depths and cannot be
-seen, least of all a turn about the vertical of the picture or a shift along the base. What is estimated says
-so by its deviations, which there stay as large as before.
+If a camera has moved, the right image of a ball is no longer on the epipolar line of the left one. Only the distance
+from that line is observable: rotations and shifts that move images along the lines are equivalent to other depths,
+above all a rotation about the vertical of the image and a shift along the base. Their estimates keep the standard
+deviation of the prior.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from spinewatch.arrays import Float
@@ -20,152 +19,218 @@ from spinewatch.detection.features import Features
 from spinewatch.geometry.rays import Rays
 
 _STEP = 1e-4
-_TRUST = 20  # residuals that the features' covariances are worth
-_LEAST_SHARE = 1e-6  # of the strongest direction's information
+"""Step of the numerical derivatives, radians and mm."""
+
+_RANK_TOLERANCE = 1e-6
+"""Directions with less than this fraction of the largest information are not determined."""
+
+_RELATIVE_ORIENTATION_DOF = 5
+"""Parameters of a relative orientation, which the residuals determine at most."""
 
 
 @dataclass(frozen=True)
 class RigCheckParameters:
-    """When a rig is said to have drifted.
+    """Limits and prior knowledge of a drift of the rig.
 
-    ``tolerance_mrad`` is how far the views' directions may be off anyway, by the calibration and by what a
-    detector gets wrong alike in all balls; ``chance`` of flagging such a rig. A bump turns a camera by some
-    ``bump_deg`` and shifts it by some ``bump_mm``. ``min_balls`` that say anything. ``refine``: measure
-    anew with the relative orientation corrected by the balls when the rig has drifted.
+    Attributes
+    ----------
+    tolerance_mrad
+        Standard deviation of the relative direction of the cameras without drift, mrad: errors of the calibration, and
+        errors of the detector that all balls share.
+    max_p_value
+        P-value below which a rig is flagged as drifted: probability to flag one that has not.
+    bump_sd_deg
+        Prior standard deviation per axis of the rotation of a camera that was bumped, degrees.
+    bump_sd_mm
+        Prior standard deviation per axis of its shift, mm.
+    covariance_dof
+        Weight of the stated covariances of the features against the observed residuals, in degrees of freedom.
+    min_balls
+        Smallest number of balls for a check.
+    refine
+        Whether the search is repeated with the relative orientation corrected when the rig has drifted.
     """
 
     tolerance_mrad: float = 0.035
-    chance: float = 1e-3
-    bump_deg: float = 0.1
-    bump_mm: float = 0.5
+    max_p_value: float = 1e-3
+    bump_sd_deg: float = 0.1
+    bump_sd_mm: float = 0.5
+    covariance_dof: int = 20
     min_balls: int = 6
     refine: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class RigCheck:
-    """What n balls say about the rig.
+    """Result of the check.
 
-    ``rms_px``, epipolar residuals as distances in the right image; ``chi2`` of the part that a moved camera
-    would explain, ``freedom`` degrees of it, and ``chance`` of as much without a move. ``turn_deg`` (3,) and
-    ``shift_mm`` (3,), in the right camera's axes, is the likeliest move of it relative to the left one, with
-    deviations ``turn_sd_deg`` and ``shift_sd_mm``.
+    Attributes
+    ----------
+    balls
+        Number of balls that both images show.
+    rms_px
+        RMS distance from the epipolar lines in the right image, px.
+    chi2
+        Chi-square of the part of the residuals that a moved camera explains.
+    dof
+        Its degrees of freedom.
+    p_value
+        Probability of this or a larger chi-square without drift.
+    drifted
+        Whether the p-value is below the limit.
+    rotation_deg
+        Estimated rotation vector of the right camera relative to the left one, shape (3,), axes of the right camera,
+        degrees.
+    rotation_sd_deg
+        Its standard deviations, shape (3,), degrees.
+    shift_mm
+        Estimated shift of the right camera, shape (3,), its own axes, mm.
+    shift_sd_mm
+        Its standard deviations, shape (3,), mm.
     """
 
     balls: int
     rms_px: float
     chi2: float
-    freedom: int
-    chance: float
+    dof: int
+    p_value: float
     drifted: bool
-    turn_deg: Float
-    turn_sd_deg: Float
+    rotation_deg: Float
+    rotation_sd_deg: Float
     shift_mm: Float
     shift_sd_mm: Float
 
     @property
-    def sentence(self) -> str:
-        """What there is to say of a drift."""
-        turn, shift = (
+    def message(self) -> str:
+        """Description of a drift, with its estimate."""
+        rotation, shift = (
             ", ".join(f"{value:.{digits}f} ± {sd:.{digits}f}" for value, sd in zip(values, sds, strict=True))
             for values, sds, digits in (
-                (self.turn_deg, self.turn_sd_deg, 3),
+                (self.rotation_deg, self.rotation_sd_deg, 3),
                 (self.shift_mm, self.shift_sd_mm, 2),
             )
         )
         return (
-            f"{self.balls} balls miss their epipolar lines by {self.rms_px:.2f} px; a camera was bumped, the right"
-            f" one by about ({turn}) degrees and ({shift}) mm if it was that one; calibrate again"
+            f"the images of {self.balls} balls are {self.rms_px:.2f} px (RMS) off their epipolar lines; a camera has"
+            f" moved: if it was the right one, by about ({rotation}) degrees and ({shift}) mm; calibrate again"
         )
 
 
 def check_rig(
     rig: Rig, left: Features, right: Features, parameters: RigCheckParameters | None = None
 ) -> RigCheck | None:
-    """Return whether the balls whose images are the i-th left and right features fit the rig; None for too few.
+    """Return whether ball images satisfy the epipolar geometry of the rig.
 
-    The balls of several stages may be put together: the longer the list, the smaller the drift that is seen.
-    Residuals that no move explains scale all deviations, so that poor features are not taken for a drift.
+    The residuals, whitened by the covariances of the features, are explained by a motion of the right camera with a
+    normal prior. Those that no motion explains scale all deviations, so that large errors of the features are not
+    mistaken for a drift. Balls of several stages may be combined, which detects smaller drifts.
+
+    Parameters
+    ----------
+    rig
+        The calibrated cameras.
+    left, right
+        Images of the balls: the i-th features belong to the same ball.
+    parameters
+        Limits and prior knowledge; the default ones if None.
+
+    Returns
+    -------
+    RigCheck or None
+        The result; None for fewer balls than `min_balls`.
+
+    References
+    ----------
+    Coplanarity condition: T. Luhmann et al., Close-Range Photogrammetry and 3D Imaging, section 4.3. Not in the thesis.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from spinewatch.simulation.rigs import large_rig
+    >>> rig, rng = large_rig(), np.random.default_rng(0)
+    >>> balls = rng.uniform((380, 350, 70), (490, 430, 110), (12, 3))
+    >>> left, right = (
+    ...     Features.with_sigma(camera.project(balls), np.ones(12), 0.1) for camera in (rig.left, rig.right)
+    ... )
+    >>> check_rig(rig, left, right).drifted
+    False
     """
     p = parameters or RigCheckParameters()
     if len(left) < p.min_balls:
         return None
-    rays_left, rays_right = (
-        left.rays(rig.left),
-        right.rays(rig.right),
+    rays = left.rays(rig.left), right.rays(rig.right)
+    error, sd, px = _coplanarity(rig.left, rig.right, *rays)
+    residual, J = error / sd, np.empty((len(error), 6))
+    for k, motion in enumerate(np.eye(6) * _STEP):
+        moved, _, _ = _coplanarity(rig.left, rig.right.moved(motion[:3], motion[3:]), *rays)
+        J[:, k] = (moved - error) / sd / _STEP
+    unit = np.repeat([np.radians(p.bump_sd_deg), p.bump_sd_mm], 3)
+    N, b = (J * unit).T @ (J * unit), -(J * unit).T @ residual
+    explained = b @ np.linalg.pinv(N, hermitian=True, rcond=_RANK_TOLERANCE) @ b
+    variance_factor = float(
+        (p.covariance_dof + residual @ residual - explained)
+        / (p.covariance_dof + len(residual) - _RELATIVE_ORIENTATION_DOF)
     )
-    e, sd, px = _residuals(rig.left, rig.right, rays_left, rays_right)
-    r, J = e / sd, np.empty((len(e), 6))
-    for k, move in enumerate(np.eye(6) * _STEP):
-        moved, _, _ = _residuals(rig.left, rig.right.moved(move[:3], move[3:]), rays_left, rays_right)
-        J[:, k] = (moved - e) / sd / _STEP
-    unit = np.repeat([np.radians(p.bump_deg), p.bump_mm], 3)
-    A, b = (J * unit).T @ (J * unit), -(J * unit).T @ r
-    explained = b @ np.linalg.pinv(A, hermitian=True, rcond=_LEAST_SHARE) @ b
-    noise = float((_TRUST + r @ r - explained) / (_TRUST + len(r) - 5))  # by what no move explains
-    A, b = A / noise, b / noise
-    q, freedom = _surprise(A, b, (p.tolerance_mrad / 1000 / unit[0]) ** 2)
-    S = np.linalg.inv(A + np.eye(6))
-    move, deviation = S @ b * unit, np.sqrt(np.diag(S)) * unit
-    chance = float(chi2.sf(q, freedom))
+    N, b = N / variance_factor, b / variance_factor
+    chi_square, dof = _chi_square(N, b, (p.tolerance_mrad / 1000 / unit[0]) ** 2)
+    S = np.linalg.inv(N + np.eye(6))
+    motion, motion_sd = S @ b * unit, np.sqrt(np.diag(S)) * unit
+    p_value = float(chi2.sf(chi_square, dof))
     return RigCheck(
         balls=len(left),
         rms_px=float(np.sqrt(np.mean(px**2))),
-        chi2=q,
-        freedom=freedom,
-        chance=chance,
-        drifted=chance < p.chance,
-        turn_deg=np.degrees(move[:3]),
-        turn_sd_deg=np.degrees(deviation[:3]),
-        shift_mm=move[3:],
-        shift_sd_mm=deviation[3:],
+        chi2=chi_square,
+        dof=dof,
+        p_value=p_value,
+        drifted=p_value < p.max_p_value,
+        rotation_deg=np.degrees(motion[:3]),
+        rotation_sd_deg=np.degrees(motion_sd[:3]),
+        shift_mm=motion[3:],
+        shift_sd_mm=motion_sd[3:],
     )
 
 
 def refined_rig(rig: Rig, check: RigCheck) -> Rig:
-    """Return the rig with its right camera moved as a check found likeliest; its name says so.
+    """Return the rig with the estimated motion applied to its right camera.
 
-    The relative orientation alone is refined: object space stays that of the left camera.
+    Parameters
+    ----------
+    rig
+        The calibrated cameras.
+    check
+        Result of their check.
+
+    Returns
+    -------
+    Rig
+        A rig with corrected relative orientation; object space stays that of the left camera.
     """
     return Rig(
         f"{rig.name} (refined)",
         rig.left,
-        rig.right.moved(np.radians(check.turn_deg), check.shift_mm),
+        rig.right.moved(np.radians(check.rotation_deg), check.shift_mm),
     )
 
 
-def moved_camera(camera: Camera, turn_rad: Float, shift_mm: Float) -> Camera:
-    """Return a camera turned by a rotation vector (3,) and shifted (3,), both in its own axes."""
-    M = Rotation.from_rotvec(turn_rad).as_matrix() @ camera.M
-    centre = camera.centre + camera.M.T @ shift_mm
-    angles = np.degrees(
-        [np.arctan2(-M[2, 1], M[2, 2]), np.arcsin(np.clip(M[2, 0], -1, 1)), np.arctan2(-M[1, 0], M[0, 0])]
-    )
-    return replace(
-        camera,
-        position_mm=(float(centre[0]), float(centre[1]), float(centre[2])),
-        rotation_deg=(float(angles[0]), float(angles[1]), float(angles[2])),
-    )
+def _chi_square(N: Float, b: Float, tolerance: float) -> tuple[float, int]:
+    """Return the chi-square of b and its degrees of freedom, for motions of the variance ``tolerance``."""
+    values, vectors = np.linalg.eigh(N)
+    determined = values > _RANK_TOLERANCE * values[-1]
+    along, information = vectors[:, determined].T @ b, values[determined]
+    return float((along**2 / (information + tolerance * information**2)).sum()), int(determined.sum())
 
 
-def _surprise(A: Float, b: Float, tolerance: float) -> tuple[float, int]:
-    """Return the chi-square of b and its degrees of freedom, when moves have the variance ``tolerance``."""
-    values, vectors = np.linalg.eigh(A)
-    seen = values > _LEAST_SHARE * values[-1]
-    along, information = vectors[:, seen].T @ b, values[seen]
-    return float((along**2 / (information + tolerance * information**2)).sum()), int(seen.sum())
-
-
-def _residuals(left: Camera, right: Camera, rays_left: Rays, rays_right: Rays) -> tuple[Float, Float, Float]:
-    """Return coplanarity errors (n,), their standard deviations, and the same errors as pixels in the right image."""
+def _coplanarity(
+    left: Camera, right: Camera, rays_left: Rays, rays_right: Rays
+) -> tuple[Float, Float, Float]:
+    """Return coplanarity errors (n,), their standard deviations, and the errors as pixels in the right image."""
     base = right.centre - left.centre
-    vectors = np.column_stack([rays_right.ideal_mm, np.full(len(rays_right), -right.focal_length_mm)])
-    vectors = vectors @ right.M
+    vectors = right.pinhole.rays(rays_right.ideal_mm)
     normal = np.cross(base, rays_left.vectors)
-    e = (normal * vectors).sum(axis=1)
+    error = (normal * vectors).sum(axis=1)
     in_right = normal @ right.M[:2].T
     in_left = np.cross(vectors, base) @ left.M[:2].T
     variance = np.einsum("ni,nij,nj->n", in_right, rays_right.covariance_mm2, in_right)
     variance += np.einsum("ni,nij,nj->n", in_left, rays_left.covariance_mm2, in_left)
-    px = e / np.linalg.norm(in_right, axis=1) / right.pixel_size_mm[1]
-    return e, np.sqrt(variance), px
+    px = error / np.linalg.norm(in_right, axis=1) / right.pixel_size_mm[1]
+    return error, np.sqrt(variance), px

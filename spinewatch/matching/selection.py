@@ -1,9 +1,10 @@
-"""The choice of the triads: the likeliest row of mutually exclusive candidates along the spine.
+"""Selection of the triads: the most likely chain of candidates that do not exclude each other.
 
-The thesis keeps the triplet of least error among rivals (``heuristics``). Here a candidate's log_odds is the
-logarithm of how much likelier it is as a triad than by chance: distance errors and parallaxes against their
-covariances, tilt against the cameras, feature scores. ``row`` finds the best row of at most the expected
-number. So H1 to H3 hold, H5 bounds the number, and H4 enters as a spacing that is regular but unknown.
+The thesis keeps the triplet of least error among rivals (`spinewatch.thesis_1995.heuristics`). Here every candidate has
+log-odds: the logarithm of the ratio of its likelihood as a triad to that by chance, from distance errors and parallaxes
+with their covariances, tilt towards the cameras, and feature scores. The best chain of at most the expected number of
+candidates is selected. H1 to H3 hold therefore, H5 is the bound of the number, and H4 enters as a spacing that is
+regular but unknown.
 """
 
 from __future__ import annotations
@@ -13,9 +14,8 @@ from dataclasses import dataclass, field, fields
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from spinewatch.arrays import Float, Int
+from spinewatch.arrays import Bool, Float, Int
 from spinewatch.camera import Rig
 from spinewatch.geometry.transforms import approximate_poses
 from spinewatch.markers import TriadModel
@@ -25,38 +25,64 @@ from spinewatch.matching.points import Points
 
 SpineAxis = Literal["x", "y", "auto"]
 
-_ASSUMED_COUNT = 5
-_MOST_TRIADS = 12
-_LEAST_VOLUME_MM3 = 200.0**3  # few points do not show how far chance could scatter them
 HIDDEN = -1
-"""Stands for the image of a ball that a view does not show."""
+"""Feature index of a ball that is hidden in an image."""
+
+MAX_BALLS = 4
+"""Largest number of balls of a marker: columns of the feature indices of candidates."""
 
 
 @dataclass(frozen=True)
 class SelectionParameters:
-    """What is known of triads before an image is seen.
+    """Prior knowledge of triads, and limits of their selection.
 
-    ``tilt_sd_deg`` and ``tilt_limit_deg`` of z against the direction of the cameras; ``score_weight`` of a
-    point's standardised feature score; ``parallax_limit_sigma``, within which a chance parallax is uniform;
-    ``max_candidates`` considered; ``row``, what is known of their row.
+    Attributes
+    ----------
+    tilt_sd_deg
+        Standard deviation per axis of the tilt of a marker's z from the direction of the cameras, degrees.
+    max_tilt_deg
+        Largest tilt, degrees.
+    score_weight
+        Difference of the mean standardized feature scores of balls and of all features.
+    assumed_count
+        Number of triads assumed for the prior odds when it is not given.
+    max_count
+        Largest number of triads selected when it is not given.
+    min_volume_mm3
+        Smallest volume in which chance triads are taken to be distributed, mm^3; a few points do not span it.
+    max_candidates
+        Number of candidates considered, the most likely first.
+    chain
+        Prior knowledge of the chain of triads.
     """
 
     tilt_sd_deg: float = 18.0
-    tilt_limit_deg: float = 65.0
+    max_tilt_deg: float = 65.0
     score_weight: float = 0.7
-    parallax_limit_sigma: float = 3.5
+    assumed_count: int = 5
+    max_count: int = 12
+    min_volume_mm3: float = 200.0**3
     max_candidates: int = 200
-    row: ChainParameters = field(default_factory=ChainParameters)
+    chain: ChainParameters = field(default_factory=ChainParameters)
 
 
 @dataclass(frozen=True, eq=False)
 class TriadCandidates:
-    """c possible triads that face the cameras.
+    """c candidate triads that face the cameras.
 
-    ``model`` (c,) indices of their markers; ``origin_mm`` (c, 3) and ``rotation`` (c, 3, 3), a rough pose;
-    ``log_odds`` (c,), logarithms of odds, each on its own; ``left`` and ``right`` (c, 4) indices of their
-    image features in the order of the model's balls, ``HIDDEN`` where a view does not show one, or the marker
-    has no fourth.
+    Attributes
+    ----------
+    model
+        Indices of their markers, shape (c,).
+    origin_mm
+        Approximate origins, shape (c, 3), object space, mm.
+    rotation
+        Approximate rotations from marker to object axes, shape (c, 3, 3).
+    log_odds
+        Log-odds of each on its own, shape (c,).
+    left, right
+        Indices of features in the order of the model's balls, shape (c, 4); `HIDDEN` where an image does not show a
+        ball or the marker has no fourth.
     """
 
     model: Int
@@ -70,24 +96,47 @@ class TriadCandidates:
         return len(self.model)
 
     def take(self, index: object) -> TriadCandidates:
-        """Return some of them."""
+        """Return a selection of the candidates.
+
+        Parameters
+        ----------
+        index
+            Index or mask array.
+
+        Returns
+        -------
+        TriadCandidates
+            The selected candidates, in the order of the index.
+        """
         i = np.asarray(index)
         return TriadCandidates(*(getattr(self, f.name)[i] for f in fields(self)))
 
-    @property
-    def occluded(self) -> NDArray[np.bool_]:
-        """Whether a view does not show one of the three first balls (c,)."""
-        return np.asarray(np.any((self.left[:, :3] == HIDDEN) | (self.right[:, :3] == HIDDEN), axis=1))
-
     @classmethod
     def empty(cls) -> TriadCandidates:
-        """Return none."""
-        none, features = np.empty(0, dtype=np.intp), np.empty((0, 4), dtype=np.intp)
+        """Return no candidates.
+
+        Returns
+        -------
+        TriadCandidates
+            Arrays of length 0.
+        """
+        none, features = np.empty(0, dtype=np.intp), np.empty((0, MAX_BALLS), dtype=np.intp)
         return cls(none, np.empty((0, 3)), np.empty((0, 3, 3)), np.empty(0), features, features)
 
     @classmethod
-    def joined(cls, parts: Sequence[TriadCandidates]) -> TriadCandidates:
-        """Return the candidates of all parts, in their order."""
+    def concatenate(cls, parts: Sequence[TriadCandidates]) -> TriadCandidates:
+        """Return the candidates of several sets.
+
+        Parameters
+        ----------
+        parts
+            At least one set of candidates.
+
+        Returns
+        -------
+        TriadCandidates
+            All of them, in their order.
+        """
         return cls(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(cls)))
 
 
@@ -99,25 +148,41 @@ def select_triads(
     expected: int | None = None,
     axis: SpineAxis = "auto",
 ) -> Int:
-    """Return the indices of the chosen candidates in order along the spine axis, never more than ``expected``.
+    """Return the candidates of the most likely chain.
 
-    With ``axis`` "auto" both object axes are tried and the likelier row is kept.
+    Parameters
+    ----------
+    candidates
+        Candidate triads.
+    points
+        All triangulated points; their extent is the volume of chance triads.
+    parameters
+        Prior knowledge and limits.
+    expected
+        Number of triads placed, which is never exceeded; None if it is not known.
+    axis
+        Object axis along which the spine extends; "auto" tries both and keeps the more likely chain.
+
+    Returns
+    -------
+    Int
+        Indices of the selected candidates in order along the axis, shape (k,).
     """
     if not len(candidates):
         return np.empty(0, dtype=np.intp)
-    limit = _MOST_TRIADS if expected is None else expected
-    volume = max(float(np.prod(np.ptp(points.position_mm, axis=0))), _LEAST_VOLUME_MM3)
+    max_length = parameters.max_count if expected is None else expected
+    volume = max(float(np.prod(np.ptp(points.position_mm, axis=0))), parameters.min_volume_mm3)
     gaps = np.linalg.norm(candidates.origin_mm[:, None] - candidates.origin_mm, axis=-1)
-    exclusive = share_features(candidates) | (gaps < parameters.row.shortest_mm)
-    places = ChainCandidates(candidates.origin_mm, candidates.log_odds, exclusive)
+    exclusive = share_features(candidates) | (gaps < parameters.chain.min_gap_mm)
+    chain = ChainCandidates(candidates.origin_mm, candidates.log_odds, exclusive)
     axes = (0, 1) if axis == "auto" else ("xy".index(axis),)
-    row, _ = max(
-        (best_chain(places, a, volume, limit, parameters.row) for a in axes), key=lambda found: found[1]
+    members, _ = max(
+        (best_chain(chain, a, volume, max_length, parameters.chain) for a in axes), key=lambda found: found[1]
     )
-    return row
+    return members
 
 
-def weigh_candidates(
+def rate_candidates(
     triplets: Sequence[Triplets],
     points: Points,
     models: Sequence[TriadModel],
@@ -125,22 +190,40 @@ def weigh_candidates(
     parameters: SelectionParameters,
     expected: int | None,
 ) -> TriadCandidates:
-    """Return the triplets of each model that face the cameras, strongest first, with the log_odds for each.
+    """Return the tuples of all markers as candidates with their log-odds.
 
-    The odds before any log_odds are the expected number of triads to the number of triplets that fit.
+    Parameters
+    ----------
+    triplets
+        Tuples of points of each marker.
+    points
+        Triangulated points.
+    models
+        The markers.
+    rig
+        The calibrated cameras.
+    parameters
+        Prior knowledge and limits.
+    expected
+        Number of triads placed, None if it is not known. Divided by the number of tuples, it is the prior odds.
+
+    Returns
+    -------
+    TriadCandidates
+        Candidates that face the cameras, the most likely first.
     """
     total = sum(map(len, triplets))
-    prior = float(np.log((expected or _ASSUMED_COUNT) / max(total, 1)))
+    prior = float(np.log((expected or parameters.assumed_count) / max(total, 1)))
     parts = [
-        weigh_triplets(found, points, index, model, rig, parameters, prior)
+        rate_triplets(found, points, index, model, rig, parameters, prior)
         for index, (found, model) in enumerate(zip(triplets, models, strict=True))
     ]
-    pool = TriadCandidates.joined(parts)
-    best = np.argsort(-pool.log_odds, kind="stable")[: parameters.max_candidates]
-    return pool.take(best)
+    candidates = TriadCandidates.concatenate(parts)
+    best = np.argsort(-candidates.log_odds, kind="stable")[: parameters.max_candidates]
+    return candidates.take(best)
 
 
-def weigh_triplets(
+def rate_triplets(
     triplets: Triplets,
     points: Points,
     index: int,
@@ -149,60 +232,158 @@ def weigh_triplets(
     parameters: SelectionParameters,
     prior: float,
 ) -> TriadCandidates:
-    """Return the triplets of the model with this index that face the cameras, with ``prior`` log-odds each."""
-    p = parameters
+    """Return the tuples of one marker as candidates with their log-odds.
+
+    Parameters
+    ----------
+    triplets
+        Tuples of points.
+    points
+        Triangulated points.
+    index
+        Index of the marker.
+    model
+        The marker.
+    rig
+        The calibrated cameras.
+    parameters
+        Prior knowledge and limits.
+    prior
+        Prior log-odds of each tuple.
+
+    Returns
+    -------
+    TriadCandidates
+        Candidates that face the cameras, in the order of the tuples.
+    """
     origin, rotation = approximate_poses(model.coordinates_mm, points.position_mm[triplets.point])
-    facing, tilt_odds = weigh_tilt(origin, rotation, rig, p)
-    log_odds = prior + triplets.log_odds + tilt_odds + point_odds(points, p)[triplets.point].sum(axis=1)
-    found = TriadCandidates(
+    facing, tilt = tilt_log_odds(origin, rotation, rig, parameters)
+    balls = point_log_odds(points, parameters)[triplets.point].sum(axis=1)
+    candidates = TriadCandidates(
         np.full(len(triplets), index, dtype=np.intp),
         origin,
         rotation,
-        log_odds,
-        padded(points.left_index[triplets.point]),
-        padded(points.right_index[triplets.point]),
+        prior + triplets.log_odds + tilt + balls,
+        pad_features(points.left_index[triplets.point]),
+        pad_features(points.right_index[triplets.point]),
     )
-    return found.take(np.flatnonzero(facing))
+    return candidates.take(np.flatnonzero(facing))
 
 
-def weigh_tilt(
-    origin: Float, rotation: Float, rig: Rig, p: SelectionParameters
-) -> tuple[NDArray[np.bool_], Float]:
-    """Return which markers (n,) face the cameras within the limit, and log-odds of their tilt against chance."""
-    towards = (rig.left.centre + rig.right.centre) / 2 - origin
+def tilt_log_odds(
+    origin_mm: Float, rotation: Float, rig: Rig, parameters: SelectionParameters
+) -> tuple[Bool, Float]:
+    """Return whether markers face the cameras, and the log-odds of their tilt.
+
+    Parameters
+    ----------
+    origin_mm
+        Origins of n markers, shape (n, 3), object space, mm.
+    rotation
+        Rotations from marker to object axes, shape (n, 3, 3).
+    rig
+        The calibrated cameras.
+    parameters
+        Distribution and limit of the tilt.
+
+    Returns
+    -------
+    facing : Bool
+        Whether the tilt is within the limit, shape (n,).
+    log_odds : Float
+        Logarithm of the density of the tilt to that of a random direction, shape (n,).
+    """
+    towards = (rig.left.centre + rig.right.centre) / 2 - origin_mm
     cosine = (rotation[..., 2] * towards).sum(axis=-1) / np.linalg.norm(towards, axis=-1)
-    tilt, sd = np.arccos(np.clip(cosine, -1, 1)), np.radians(p.tilt_sd_deg)
-    odds = np.log(2 / sd**2) - 0.5 * (tilt / sd) ** 2
-    return np.asarray(tilt <= np.radians(p.tilt_limit_deg)), np.asarray(odds)
+    tilt, sd = np.arccos(np.clip(cosine, -1, 1)), np.radians(parameters.tilt_sd_deg)
+    log_odds = np.log(2 / sd**2) - 0.5 * (tilt / sd) ** 2
+    return np.asarray(tilt <= np.radians(parameters.max_tilt_deg)), np.asarray(log_odds)
 
 
-def point_odds(points: Points, p: SelectionParameters) -> Float:
-    """Return log-odds (n,) of points being balls against chance, by their parallax and score."""
-    parallax = -0.5 * (points.chi2 + np.log(2 * np.pi)) + np.log(2 * p.parallax_limit_sigma)
-    return np.asarray(parallax + score_odds(points.score, p))
+def point_log_odds(points: Points, parameters: SelectionParameters) -> Float:
+    """Return the log-odds of points as balls, from their parallaxes and scores.
+
+    Parameters
+    ----------
+    points
+        n triangulated points.
+    parameters
+        Distribution of the scores.
+
+    Returns
+    -------
+    Float
+        Log-odds, shape (n,).
+    """
+    return np.asarray(points.log_odds + score_log_odds(points.score, parameters))
 
 
-def score_odds(score: Float, p: SelectionParameters) -> Float:
-    """Return log-odds (n,) of balls against other features by their scores.
+def score_log_odds(score: Float, parameters: SelectionParameters) -> Float:
+    """Return the log-odds of features as balls, from their scores.
 
-    Standardised scores of balls are taken to be ``score_weight`` above the mean of all.
+    Standardized scores are modelled as normal with unit variance, with mean `score_weight` for balls and 0 for other
+    features.
+
+    Parameters
+    ----------
+    score
+        Scores, shape (n,).
+    parameters
+        Distribution of the scores.
+
+    Returns
+    -------
+    Float
+        Log-odds, shape (n,).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> score_log_odds(np.array([0.2, 0.8]), SelectionParameters())
+    array([-0.945,  0.455])
     """
     spread = score.std() if len(score) else 0.0
     standard = (score - score.mean()) / spread if spread > 0 else np.zeros_like(score)
-    return np.asarray(p.score_weight * (standard - p.score_weight / 2))
+    return np.asarray(parameters.score_weight * (standard - parameters.score_weight / 2))
 
 
-def share_features(c: TriadCandidates) -> NDArray[np.bool_]:
-    """Return (c, c): whether two candidates use the same feature of an image (H2 and H3)."""
-    shared = np.zeros((len(c), len(c)), dtype=bool)
-    for features in (c.left, c.right):
-        used = np.zeros((len(c), int(features.max(initial=0)) + 2), dtype=np.float32)
+def share_features(candidates: TriadCandidates) -> Bool:
+    """Return whether two candidates use the same feature of an image.
+
+    Parameters
+    ----------
+    candidates
+        c candidate triads.
+
+    Returns
+    -------
+    Bool
+        Whether two of them share a feature, shape (c, c).
+
+    References
+    ----------
+    Heuristics H2 and H3 of thesis section 5.6.
+    """
+    shared = np.zeros((len(candidates), len(candidates)), dtype=bool)
+    for features in (candidates.left, candidates.right):
+        used = np.zeros((len(candidates), int(features.max(initial=0)) + 2), dtype=np.float32)
         np.put_along_axis(used, features + 1, 1.0, axis=1)
-        used[:, 0] = 0.0  # hidden balls are nobody's
+        used[:, 0] = 0.0  # column of HIDDEN
         shared |= used @ used.T > 0
     return shared
 
 
-def padded(features: Int) -> Int:
-    """Return feature indices (c, n) with ``HIDDEN`` up to four columns."""
-    return np.pad(features, ((0, 0), (0, 4 - features.shape[1])), constant_values=HIDDEN)
+def pad_features(features: Int) -> Int:
+    """Return feature indices with a column for each possible ball.
+
+    Parameters
+    ----------
+    features
+        Indices, shape (c, n).
+
+    Returns
+    -------
+    Int
+        Indices, shape (c, 4), with `HIDDEN` in the columns added.
+    """
+    return np.pad(features, ((0, 0), (0, MAX_BALLS - features.shape[1])), constant_values=HIDDEN)

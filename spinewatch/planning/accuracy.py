@@ -1,34 +1,46 @@
-"""What a rig and its markers can measure, before surgery: predicted standard deviations, and better markers."""
+"""Expected accuracy: standard deviations of poses, motion and Cobb angle that a rig and a marker will give.
+
+They follow from the normal equations at the true poses; nothing is simulated.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 
-from spinewatch.arrays import Float
+from spinewatch.arrays import Bool, Float
 from spinewatch.camera import Rig
-from spinewatch.errors import ParameterError
 from spinewatch.markers import TriadModel
 from spinewatch.simulation.observations import ball_centres
 from spinewatch.spine.motion import relative_motion
 from spinewatch.triads.pose import Pose
-from spinewatch.triads.pose_adjustment import adjust_poses
-from spinewatch.triads.pose_fit import triad_view
-
-_COARSE_DEG, _FINE_DEG = 10.0, 2.0
+from spinewatch.triads.pose_adjustment import PoseAdjustmentParameters, adjust_poses, triad_images
 
 
 @dataclass(frozen=True, eq=False)
-class PlannedTriad:
-    """Standard deviations of one vertebra's triad.
+class TriadAccuracy:
+    """Expected standard deviations of one vertebra's triad.
 
-    ``position_sd_mm`` (3,) along the object axes; about the triad's normal, ``in_plane_sd_deg``, and the
-    larger of those about its x and y, ``out_of_plane_sd_deg``; ``motion_sd_mm`` (3,) and ``motion_sd_deg``
-    (3,) between two stages relative to the reference, in its axes, NaN for the reference itself. ``in_view``:
-    all its balls lie in both images.
+    Attributes
+    ----------
+    vertebra
+        Name of the vertebra.
+    position_sd_mm
+        Standard deviations of P along the object axes, shape (3,), mm.
+    in_plane_sd_deg
+        Standard deviation of the rotation about the triad's normal, degrees.
+    out_of_plane_sd_deg
+        The larger standard deviation of the rotations about the triad's x and y, degrees.
+    motion_sd_mm
+        Standard deviations of the displacement between two stages, in the axes of the reference triad, shape (3,),
+        mm; NaN for the reference.
+    motion_sd_deg
+        Standard deviations of the rotation vector between two stages, in the same axes, shape (3,), degrees; NaN for
+        the reference.
+    in_view
+        Whether the centres of all balls lie inside both images.
     """
 
     vertebra: str
@@ -41,128 +53,159 @@ class PlannedTriad:
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
-    """Predictions for a row of triads; ``cobb_sd_deg`` of the angle between its ends about Z, at one stage."""
+class ExpectedAccuracy:
+    """Expected accuracy of a chain of triads.
+
+    Attributes
+    ----------
+    model
+        The marker.
+    triads
+        One entry per vertebra, in the order given.
+    cobb_sd_deg
+        Standard deviation of the angle between the first and the last triad about Z, at one stage, degrees.
+    """
 
     model: TriadModel
-    triads: tuple[PlannedTriad, ...]
+    triads: tuple[TriadAccuracy, ...]
     cobb_sd_deg: float
 
 
-def plan(
+def expected_accuracy(
     rig: Rig,
     model: TriadModel,
     vertebrae: Sequence[str],
     poses: Sequence[Pose],
     sigma_px: float,
     common_sd_mrad: float = 0.0,
-) -> Plan:
-    """Return what the rig will tell of triads in these poses, of which the first is the reference.
+) -> ExpectedAccuracy:
+    """Return the accuracy with which a rig will measure triads in given poses.
 
-    From the normal equations at the truth: nothing is simulated. The Cobb angle is that of a patient who lies
-    prone under the cameras, whose coronal plane is the object plane XY.
+    The Cobb angle is that of a patient lying prone under the cameras, whose coronal plane is the object plane XY.
+
+    Parameters
+    ----------
+    rig
+        The calibrated cameras.
+    model
+        The marker on every vertebra.
+    vertebrae
+        Names of the vertebrae, the reference first.
+    poses
+        True pose of each triad; covariances are ignored.
+    sigma_px
+        Standard deviation of a ball's centre, per axis, px.
+    common_sd_mrad
+        Standard deviation of the pointing error that the balls of a triad share in a view, mrad.
+
+    Returns
+    -------
+    ExpectedAccuracy
+        Standard deviations per triad and of the Cobb angle.
+
+    References
+    ----------
+    T. Luhmann et al., Close-Range Photogrammetry and 3D Imaging (2014), ch. 7: network design from the normal
+    equations; docs/method.md.
+
+    Examples
+    --------
+    >>> from spinewatch.markers import FLAT_10_14_18
+    >>> from spinewatch.simulation.rigs import convergence_point, large_rig
+    >>> rig = large_rig()
+    >>> poses = straight_chain(("L1", "T9"), convergence_point(rig), 80.0)
+    >>> coarse, fine = (
+    ...     expected_accuracy(rig, FLAT_10_14_18, ("L1", "T9"), poses, sigma).cobb_sd_deg for sigma in (0.2, 0.1)
+    ... )
+    >>> round(coarse / fine, 6)
+    2.0
     """
-    measured = predicted_poses(rig, model, poses, sigma_px, common_sd_mrad)
-    named = dict(zip(vertebrae, measured, strict=True))
+    expected = expected_poses(rig, model, poses, sigma_px, common_sd_mrad)
+    named = dict(zip(vertebrae, expected, strict=True))
     motions = {m.vertebra: m for m in relative_motion(named, named, vertebrae[0])}
-    nothing = np.full(3, np.nan)
-    images = [
-        camera.project(ball_centres(poses, model)) / (np.array(camera.image_size_px) - 1)
-        for camera in (rig.left, rig.right)
-    ]
-    in_view = np.all([np.all((image >= 0) & (image <= 1), axis=(1, 2)) for image in images], axis=0)
+    undefined = np.full(3, np.nan)
     triads = tuple(
-        PlannedTriad(
+        TriadAccuracy(
             vertebra=name,
             position_sd_mm=pose.position_sd_mm,
             in_plane_sd_deg=float(pose.rotation_sd_deg[2]),
             out_of_plane_sd_deg=float(pose.rotation_sd_deg[:2].max()),
-            motion_sd_mm=motions[name].translation_sd_mm if name in motions else nothing,
-            motion_sd_deg=motions[name].rotation_sd_deg if name in motions else nothing,
-            in_view=bool(in_view[i]),
+            motion_sd_mm=motions[name].translation_sd_mm if name in motions else undefined,
+            motion_sd_deg=motions[name].rotation_sd_deg if name in motions else undefined,
+            in_view=bool(in_view),
         )
-        for i, (name, pose) in enumerate(named.items())
+        for (name, pose), in_view in zip(named.items(), _in_view(rig, model, poses), strict=True)
     )
-    ends = measured[0].covariance[5, 5] + measured[-1].covariance[5, 5]
-    return Plan(model, triads, float(np.sqrt(ends)))
+    cobb_variance = expected[0].covariance[5, 5] + expected[-1].covariance[5, 5]
+    return ExpectedAccuracy(model, triads, float(np.sqrt(cobb_variance)))
 
 
-def predicted_poses(
+def expected_poses(
     rig: Rig, model: TriadModel, poses: Sequence[Pose], sigma_px: float, common_sd_mrad: float = 0.0
 ) -> tuple[Pose, ...]:
-    """Return the poses with the covariance that centres of one standard deviation, px per axis, would give."""
+    """Return poses with the covariance that their measurement would have.
+
+    Parameters
+    ----------
+    rig
+        The calibrated cameras.
+    model
+        The marker.
+    poses
+        True poses; their covariances are ignored.
+    sigma_px
+        Standard deviation of a ball's centre, per axis, px.
+    common_sd_mrad
+        Standard deviation of the pointing error that the balls of a triad share in a view, mrad.
+
+    Returns
+    -------
+    tuple of Pose
+        The same poses with the covariance of the pose adjustment.
+    """
     balls = ball_centres(poses, model)
     index = np.arange(balls.shape[0] * balls.shape[1]).reshape(balls.shape[:2])
     views = []
     for camera in (rig.left, rig.right):
         xy = camera.project(balls.reshape(-1, 3))
         rays = camera.rays(xy, sigma_px**2 * np.eye(2))
-        views.append(triad_view(rays, index, common_sd_mrad))
+        views.append(triad_images(rays, index, common_sd_mrad))
     P, R = np.stack([pose.position_mm for pose in poses]), np.stack([pose.rotation for pose in poses])
-    fit = adjust_poses(model.coordinates_mm, views, P, R, steps=1)
-    return tuple(Pose(*truth) for truth in zip(P, R, fit.covariance, strict=True))
+    fit = adjust_poses(model.coordinates_mm, views, P, R, PoseAdjustmentParameters(max_steps=1))
+    return tuple(Pose(*pose) for pose in zip(P, R, fit.covariance, strict=True))
 
 
-def straight_row(
+def straight_chain(
     vertebrae: Sequence[str], middle_mm: Float, spacing_mm: float, axis: int = 0
 ) -> tuple[Pose, ...]:
-    """Return level triads along an object axis, evenly spaced about a point, their x along the row."""
+    """Return poses of level triads on a straight line along an object axis, their x axes along the line.
+
+    Parameters
+    ----------
+    vertebrae
+        Names of the vertebrae, of which only the number counts.
+    middle_mm
+        Middle of the chain, shape (3,), object space, mm.
+    spacing_mm
+        Distance between neighbours, mm.
+    axis
+        Object axis of the line: 0 for X, 1 for Y.
+
+    Returns
+    -------
+    tuple of Pose
+        One pose per vertebra, with zero covariance.
+    """
     R = np.eye(3) if axis == 0 else np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
     along = spacing_mm * (np.arange(len(vertebrae)) - (len(vertebrae) - 1) / 2)
-    places = middle_mm + along[:, None] * np.eye(3)[axis]
-    return tuple(Pose(place, R, np.zeros((6, 6))) for place in places)
+    positions = middle_mm + along[:, None] * np.eye(3)[axis]
+    return tuple(Pose(position, R, np.zeros((6, 6))) for position in positions)
 
 
-def best_marker(
-    rig: Rig,
-    poses: Sequence[Pose],
-    sigma_px: float,
-    disc_radius_mm: float,
-    *,
-    least_difference_mm: float = 4.0,
-    ball_diameter_mm: float = 8.0,
-) -> TriadModel:
-    """Return the flat marker of three balls in a disc whose worst rotation is measured best, on average.
-
-    The open question of the thesis's conclusion. Balls lie on the disc's rim, since pulling one inwards only
-    shortens distances; its centre is P. Distances differ by ``least_difference_mm``, so that the balls can be
-    told apart. Raises ``ParameterError`` when no such marker fits the disc.
-    """
-    grid = np.arange(_COARSE_DEG, 360, _COARSE_DEG)
-    near = np.arange(-_COARSE_DEG / 2, _COARSE_DEG / 2 + 1e-9, _FINE_DEG)
-    candidates = [(float(a), float(b)) for a, b in combinations(grid, 2)]
-    best = candidates[0]
-    for _ in range(2):
-        markers = {
-            angles: marker
-            for angles in candidates
-            if (marker := _rim_marker(angles, disc_radius_mm, ball_diameter_mm, least_difference_mm))
-        }
-        if not markers:
-            raise ParameterError(
-                f"no three balls with distances {least_difference_mm:g} mm apart fit a disc of radius"
-                f" {disc_radius_mm:g} mm; allow a larger disc or a smaller difference"
-            )
-        best = min(markers, key=lambda angles: _worst_rotation(rig, markers[angles], poses, sigma_px))
-        candidates = [(best[0] + float(a), best[1] + float(b)) for a in near for b in near]
-    return markers[best]
-
-
-def _worst_rotation(rig: Rig, model: TriadModel, poses: Sequence[Pose], sigma_px: float) -> float:
-    worst = [pose.rotation_sd_deg.max() for pose in predicted_poses(rig, model, poses, sigma_px)]
-    return float(np.sqrt(np.mean(np.square(worst))))
-
-
-def _rim_marker(
-    angles_deg: tuple[float, float], radius_mm: float, ball_diameter_mm: float, least_difference_mm: float
-) -> TriadModel | None:
-    turn = np.radians([0.0, *angles_deg])
-    rim = radius_mm * np.column_stack([np.cos(turn), np.sin(turn), np.zeros(3)])
-    lengths = np.array([np.linalg.norm(rim[a] - rim[b]) for a, b in combinations(range(3), 2)])
-    apart = np.diff(np.sort(lengths)).min() >= least_difference_mm
-    if not apart or lengths.min() < 1.5 * ball_diameter_mm:
-        return None
-    z = np.cross(rim[0] - rim[2], rim[0] - rim[1])[2]
-    if z < 0:
-        rim[:, 1] *= -1
-    return TriadModel(f"disc-{radius_mm:g}", ("XX", "YY", "MX"), rim, ball_diameter_mm)
+def _in_view(rig: Rig, model: TriadModel, poses: Sequence[Pose]) -> Bool:
+    """Return (t,) whether the centres of all balls of a triad lie inside both images."""
+    balls = ball_centres(poses, model)
+    fractions = [
+        camera.project(balls) / (np.array(camera.image_size_px) - 1) for camera in (rig.left, rig.right)
+    ]
+    return np.asarray(np.all([np.all((f >= 0) & (f <= 1), axis=(1, 2)) for f in fractions], axis=0))

@@ -1,1 +1,6 @@
-"""Readers and writers of every rig file format."""
+"""Reading and writing of rigs in every file format."""
+
+from typing import Literal
+
+RigFormat = Literal["json", "1995", "opencv", "openptv"]
+"""Name of a rig file format."""

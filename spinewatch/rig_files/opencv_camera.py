@@ -1,7 +1,7 @@
-"""OpenCV's camera (K, R, t, dist) from ours and back; the two distortion polynomials run in opposite directions.
+"""Conversion between the collinearity camera and OpenCV's (K, R, t, dist).
 
-OpenCV distorts ideal points by a polynomial, collinearity (eq. 3.4) corrects measured points by one. Neither is
-the other's inverse in closed form, so the polynomial is fitted over the image, and the error of the fit given.
+OpenCV's polynomial distorts ideal points, that of collinearity (eq. 3.4) corrects measured points. Neither has a
+closed-form inverse, so one polynomial is fitted to the other over the image, and the maximum error is returned.
 """
 
 from __future__ import annotations
@@ -24,12 +24,22 @@ _FLIP = np.diag([1.0, -1.0, -1.0])
 
 @dataclass(frozen=True, eq=False)
 class OpenCvCamera:
-    """A camera as OpenCV describes it.
+    """A camera in OpenCV's model, with x right, y down, z forward.
 
-    ``K`` (3, 3) in px; ``R`` (3, 3) and ``t`` (3,) in mm with x right, y down, z forward; ``dist`` (k1, k2, p1,
-    p2, k3).
-
-    ``fit_error_px`` is the largest distance, over the image, between the two models' image of the same ray.
+    Attributes
+    ----------
+    K
+        Camera matrix, shape (3, 3), px.
+    R
+        Rotation from object to camera axes, shape (3, 3).
+    t
+        Translation of ``R X + t``, shape (3,), mm.
+    dist
+        Distortion coefficients (k1, k2, p1, p2, k3).
+    image_size_px
+        (W, H), px.
+    fit_error_px
+        Maximum distance over the image between the two models' images of the same ray, px.
     """
 
     K: Float
@@ -41,7 +51,28 @@ class OpenCvCamera:
 
 
 def to_opencv(camera: Camera) -> OpenCvCamera:
-    """Return the camera as OpenCV describes it; distortion is fitted by least squares over the image."""
+    """Return the OpenCV camera nearest to a collinearity camera.
+
+    Parameters
+    ----------
+    camera
+        The camera.
+
+    Returns
+    -------
+    OpenCvCamera
+        The camera; its distortion is a least-squares fit over the image.
+
+    References
+    ----------
+    OpenCV documentation, Camera Calibration and 3D Reconstruction.
+
+    Examples
+    --------
+    >>> from spinewatch.simulation.rigs import large_rig
+    >>> to_opencv(large_rig().left).fit_error_px < 0.01
+    True
+    """
     px, py = camera.pixel_size_mm
     f = camera.focal_length_mm
     cx, cy = camera.pixels(camera.principal_point_mm)
@@ -60,11 +91,11 @@ def to_opencv(camera: Camera) -> OpenCvCamera:
     scale = np.array([K[0, 0], K[1, 1]])
     A = np.stack([(c * scale).ravel() for c in columns], axis=1)
     norm = np.linalg.norm(A, axis=0)
-    wanted = pixels - (ideal * scale + K[:2, 2])
-    dist = np.linalg.lstsq(A / norm, wanted.ravel(), rcond=None)[0] / norm
-    miss = np.linalg.norm((A @ dist).reshape(-1, 2) - wanted, axis=1)
+    distortion = pixels - (ideal * scale + K[:2, 2])
+    dist = np.linalg.lstsq(A / norm, distortion.ravel(), rcond=None)[0] / norm
+    errors = np.linalg.norm((A @ dist).reshape(-1, 2) - distortion, axis=1)
     R = _FLIP @ camera.M
-    return OpenCvCamera(K, R, -R @ camera.centre, dist, camera.image_size_px, float(miss.max()))
+    return OpenCvCamera(K, R, -R @ camera.centre, dist, camera.image_size_px, float(errors.max()))
 
 
 def from_opencv(
@@ -75,16 +106,42 @@ def from_opencv(
     image_size_px: tuple[int, int],
     pixel_width_mm: float = 0.01,
 ) -> tuple[Camera, float]:
-    """Return our camera of OpenCV's, and the largest error in px of the fitted inverse distortion over the image.
+    """Return the collinearity camera nearest to an OpenCV camera.
 
-    OpenCV knows no millimetres on the plate: ``pixel_width_mm`` sets the scale of f, x0 and y0. Raises
-    ``RigError`` for a skewed or improper K or R.
+    Parameters
+    ----------
+    K
+        Camera matrix, shape (3, 3), px.
+    R
+        Rotation from object to camera axes, shape (3, 3).
+    t
+        Translation of ``R X + t``, shape (3,), mm.
+    dist
+        Distortion coefficients: 4, 5, 8, 12 or 14 numbers.
+    image_size_px
+        (W, H), px.
+    pixel_width_mm
+        Width of a pixel on the plate, mm, which is not part of OpenCV's model; it is the scale of f, x0 and y0.
+
+    Returns
+    -------
+    camera : Camera
+        The camera.
+    fit_error_px : float
+        Maximum error of the fitted distortion over the image, px.
+
+    Raises
+    ------
+    RigError
+        If K has a skew or R is not a rotation.
     """
     matrix, R = np.asarray(K, dtype=np.float64), np.asarray(R, dtype=np.float64)
     if matrix.shape != (3, 3) or not np.all(np.isfinite(matrix)) or min(matrix[0, 0], matrix[1, 1]) <= 0:
         raise RigError("K", "must be a finite 3 x 3 matrix with positive focal lengths")
     if abs(matrix[0, 1]) > 1e-6 * matrix[0, 0]:
-        raise RigError("K", "has a skew, which the collinearity camera has not; calibrate without skew")
+        raise RigError(
+            "K", "has a skew, which the collinearity camera does not model; calibrate without skew"
+        )
     if R.shape != (3, 3) or np.abs(R @ R.T - np.eye(3)).max() > 1e-6 or np.linalg.det(R) < 0:
         raise RigError("R", "must be a rotation matrix")
     f = matrix[0, 0] * pixel_width_mm
@@ -112,6 +169,7 @@ def from_opencv(
 def _fitted(
     sensor: Camera, principal: tuple[float, float], pixels: Float, ideal: Float
 ) -> tuple[Camera, float]:
+    """Return the camera whose distortion maps pixels (n, 2) to ideal offsets (n, 2), and its maximum error, px."""
     d = sensor.plate(pixels) - principal
     unit = float(np.abs(d).max())
     powers = np.array([unit**-2, unit**-4, unit**-1, unit**-1])
@@ -129,18 +187,19 @@ def _fitted(
             sensor.pixel_size_mm,
         )
 
-    def miss(x: Float) -> Float:
+    def residuals(x: Float) -> Float:
         return np.asarray(
             (camera(x).undistort(sensor.plate(pixels)) - ideal).ravel() / sensor.pixel_size_mm[0]
         )
 
-    fitted = camera(np.asarray(least_squares(miss, np.zeros(4), x_scale="jac").x))
+    fitted = camera(np.asarray(least_squares(residuals, np.zeros(4), x_scale="jac").x))
     with np.errstate(all="ignore"):
-        off = fitted.pixels(fitted.distort(ideal)) - pixels
-    return fitted, float(np.linalg.norm(off, axis=1).max())
+        errors = fitted.pixels(fitted.distort(ideal)) - pixels
+    return fitted, float(np.linalg.norm(errors, axis=1).max())
 
 
 def _grid(image_size_px: tuple[int, int]) -> Float:
+    """Return pixels (n, 2) on a regular grid over the image."""
     width, height = image_size_px
     u, v = np.meshgrid(np.linspace(0, width - 1, _GRID), np.linspace(0, height - 1, _GRID))
     return np.stack([u.ravel(), v.ravel()], axis=1)

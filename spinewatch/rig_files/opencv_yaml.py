@@ -1,9 +1,9 @@
-"""A rig as OpenCV's FileStorage writes it, YAML: for each side K, dist, R and t under the names of its samples.
+"""A rig in the YAML of OpenCV's FileStorage, with the names of OpenCV's samples.
 
     left: { image_width, image_height, camera_matrix, distortion_coefficients, rotation_matrix, translation_vector }
     right: ...
 
-``R X + t`` takes object space to the camera (x right, y down, z forward), mm.
+``R X + t`` maps object space to camera axes (x right, y down, z forward), mm.
 """
 
 from __future__ import annotations
@@ -19,8 +19,29 @@ _SIDES = ("left", "right")
 _MATRICES = ("camera_matrix", "distortion_coefficients", "rotation_matrix", "translation_vector")
 
 
-def write_opencv(rig: Rig) -> tuple[str, float]:
-    """Return the YAML text, and the largest error in px of the fitted distortion over both images."""
+def format_opencv(rig: Rig) -> tuple[str, float]:
+    """Return the YAML text of a rig.
+
+    Parameters
+    ----------
+    rig
+        The rig.
+
+    Returns
+    -------
+    text : str
+        The YAML.
+    fit_error_px : float
+        Maximum error of the fitted distortion over both images, px.
+
+    Examples
+    --------
+    >>> from spinewatch.simulation.rigs import large_rig
+    >>> text, _ = format_opencv(large_rig())
+    >>> rig, _ = parse_opencv(text, "again")
+    >>> round(rig.baseline_mm, 6)
+    420.0
+    """
     file = cv2.FileStorage("rig.yml", cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY)
     errors = []
     for side in _SIDES:
@@ -36,20 +57,40 @@ def write_opencv(rig: Rig) -> tuple[str, float]:
 
 
 def parse_opencv(text: str, name: str, pixel_width_mm: float = 0.01) -> tuple[Rig, float]:
-    """Return the rig of a YAML text, and the largest error in px of the fitted distortion over both images.
+    """Return the rig of a YAML text.
 
-    ``pixel_width_mm`` sets the scale of the plate, which OpenCV does not know. Raises ``RigError`` naming the
-    field that cannot be used.
+    Parameters
+    ----------
+    text
+        The YAML.
+    name
+        Name of the rig.
+    pixel_width_mm
+        Width of a pixel on the plate, mm, which is not part of OpenCV's model.
+
+    Returns
+    -------
+    rig : Rig
+        The rig.
+    fit_error_px : float
+        Maximum error of the fitted distortion over both images, px.
+
+    Raises
+    ------
+    RigError
+        If the text is not such a file; names the field that is wrong.
     """
     try:
         file = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
     except (cv2.error, SystemError) as error:
-        raise RigError("(document)", "is not a file of OpenCV's FileStorage; write it again") from error
+        raise RigError(
+            "(document)", "is not in the format of OpenCV's FileStorage; export the rig again"
+        ) from error
     cameras, errors = [], []
     for side in _SIDES:
-        camera, miss = _camera(file, side, pixel_width_mm)
+        camera, error_px = _camera(file, side, pixel_width_mm)
         cameras.append(camera)
-        errors.append(miss)
+        errors.append(error_px)
     return Rig(name, cameras[0], cameras[1]), max(errors)
 
 

@@ -1,9 +1,11 @@
 """OpenPTV's ``.ori`` and ``.addpar`` files, for cameras in air.
 
 ``.ori``: X0 Y0 Z0 / omega phi kappa in radians / the transposed rotation matrix / xh yh / cc / glass vector.
-``.addpar``: k1 k2 k3 p1 p2 scale shear. OpenPTV distorts ideal points about the plate's origin, collinearity
-corrects measured ones about the principal point, so that either is fitted to the other over the image. Its pixels
-count from the corner of the first pixel, which cancels against its image centre W/2: plates agree.
+``.addpar``: k1 k2 k3 p1 p2 scale shear.
+
+OpenPTV distorts ideal points about the origin of the plate, collinearity (eq. 3.4) corrects measured points about the
+principal point, so one model is fitted to the other over the image. OpenPTV's pixels start at the corner of the first
+pixel and its image centre is W/2; the two differences cancel, so plate coordinates are the same.
 """
 
 from __future__ import annotations
@@ -24,10 +26,36 @@ _ORI, _ADDPAR = 21, 7
 def parse_openptv(
     ori: str, addpar: str, image_size_px: tuple[int, int], pixel_size_mm: tuple[float, float]
 ) -> tuple[Camera, float]:
-    """Return the camera of an .ori and an .addpar file, and the largest error in px of the fitted distortion.
+    """Return the camera of an .ori and an .addpar file.
 
-    The angles are believed, the matrix is not needed; the glass is ignored, so that a camera that looks through
-    it is wrong by the refraction. Raises ``RigError``.
+    The rotation is taken from the angles, not from the matrix. The glass is ignored: refraction is not modelled.
+
+    Parameters
+    ----------
+    ori
+        Text of the .ori file.
+    addpar
+        Text of the .addpar file.
+    image_size_px
+        (W, H), px.
+    pixel_size_mm
+        (px, py), mm.
+
+    Returns
+    -------
+    camera : Camera
+        The camera.
+    fit_error_px : float
+        Maximum error of the fitted distortion over the image, px.
+
+    Raises
+    ------
+    RigError
+        If a file has a wrong number of entries, or entries that are not finite numbers.
+
+    References
+    ----------
+    OpenPTV liboptv, calibration.c and trafo.c.
     """
     o, a = _numbers(ori, _ORI, "ori"), _numbers(addpar, _ADDPAR, "addpar")
     if o[17] <= 0:
@@ -48,15 +76,38 @@ def parse_openptv(
     x, y = np.meshgrid(
         side * start.image_size_px[0] * pixel_size_mm[0] / 2, side * image_size_px[1] * pixel_size_mm[1] / 2
     )
-    flat = np.stack([x.ravel(), y.ravel()], axis=1)
-    measured = _distort(flat, np.array(a))
-    return _fit_ours(start, flat - (o[15], o[16]), measured, float(corner))
+    ideal = np.stack([x.ravel(), y.ravel()], axis=1)
+    measured = _distort(ideal, np.array(a))
+    return _fitted(start, ideal - (o[15], o[16]), measured, float(corner))
 
 
-def write_openptv(camera: Camera) -> tuple[str, str, float]:
-    """Return the texts of an .ori and an .addpar file, and the largest error in px of the fitted distortion.
+def format_openptv(camera: Camera) -> tuple[str, str, float]:
+    """Return the texts of the .ori and .addpar files of a camera.
 
-    The glass vector is set to point at the camera from far away, which is no glass at all with equal indices.
+    The glass vector has a direction but almost no length; with equal refractive indices it has no effect.
+
+    Parameters
+    ----------
+    camera
+        The camera.
+
+    Returns
+    -------
+    ori : str
+        Text of the .ori file.
+    addpar : str
+        Text of the .addpar file.
+    fit_error_px : float
+        Maximum error of the fitted distortion over the image, px.
+
+    Examples
+    --------
+    >>> from spinewatch.simulation.rigs import large_rig
+    >>> camera = large_rig().left
+    >>> ori, addpar, _ = format_openptv(camera)
+    >>> again, _ = parse_openptv(ori, addpar, camera.image_size_px, camera.pixel_size_mm)
+    >>> abs(again.focal_length_mm - camera.focal_length_mm) < 1e-6
+    True
     """
     plate = _plate_grid(camera)
     ideal = camera.undistort(plate)
@@ -68,13 +119,13 @@ def write_openptv(camera: Camera) -> tuple[str, str, float]:
     def parameters(v: Float) -> tuple[Float, Float]:
         return np.array([0, 0, 0, 0, 0, 1.0, 0.0]) + v[:7] * powers, np.array([x0, y0]) + v[7:]
 
-    def miss(v: Float) -> Float:
+    def residuals(v: Float) -> Float:
         added, shift = parameters(v)
         return np.asarray(((_distort(ideal + shift, added) - plate) / px).ravel())
 
-    v = np.asarray(least_squares(miss, np.zeros(9), x_scale="jac", xtol=1e-14, ftol=1e-14, gtol=1e-14).x)
+    v = np.asarray(least_squares(residuals, np.zeros(9), x_scale="jac", xtol=1e-14, ftol=1e-14, gtol=1e-14).x)
     added, shift = parameters(v)
-    error = float(np.linalg.norm(miss(v).reshape(-1, 2), axis=1).max())
+    error = float(np.linalg.norm(residuals(v).reshape(-1, 2), axis=1).max())
     rows = [
         " ".join(f"{c:.8f}" for c in camera.position_mm),
         " ".join(f"{math.radians(c):.10f}" for c in camera.rotation_deg),
@@ -89,7 +140,8 @@ def write_openptv(camera: Camera) -> tuple[str, str, float]:
     return "\n".join(rows) + "\n", " ".join(f"{c:.12g}" for c in added) + "\n", error
 
 
-def _fit_ours(start: Camera, ideal: Float, measured: Float, corner: float) -> tuple[Camera, float]:
+def _fitted(start: Camera, ideal: Float, measured: Float, corner: float) -> tuple[Camera, float]:
+    """Return the camera whose distortion maps measured (n, 2) to ideal plate points (n, 2), and its maximum error."""
     powers = np.array([1, 1, corner**-2, corner**-4, corner**-1, corner**-1])
     px = np.array(start.pixel_size_mm)
 
@@ -107,17 +159,17 @@ def _fit_ours(start: Camera, ideal: Float, measured: Float, corner: float) -> tu
             start.pixel_size_mm,
         )
 
-    def miss(v: Float) -> Float:
+    def residuals(v: Float) -> Float:
         return np.asarray(((camera(v).undistort(measured) - ideal) / px).ravel())
 
-    v = np.asarray(least_squares(miss, np.zeros(6), x_scale="jac", xtol=1e-14, ftol=1e-14, gtol=1e-14).x)
-    return camera(v), float(np.linalg.norm(miss(v).reshape(-1, 2), axis=1).max())
+    v = np.asarray(least_squares(residuals, np.zeros(6), x_scale="jac", xtol=1e-14, ftol=1e-14, gtol=1e-14).x)
+    return camera(v), float(np.linalg.norm(residuals(v).reshape(-1, 2), axis=1).max())
 
 
-def _distort(flat: Float, added: Float) -> Float:
-    """Return measured plate points (n, 2) of flat ones by OpenPTV's Brown model with scale and shear."""
+def _distort(ideal: Float, added: Float) -> Float:
+    """Return measured plate points (n, 2) of ideal ones (n, 2) by OpenPTV's Brown model with scale and shear."""
     k1, k2, k3, p1, p2, scale, shear = added
-    x, y = flat.T
+    x, y = ideal.T
     r2 = x * x + y * y
     radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
     u = x * radial + p1 * (r2 + 2 * x * x) + 2 * p2 * x * y
@@ -126,6 +178,7 @@ def _distort(flat: Float, added: Float) -> Float:
 
 
 def _plate_grid(camera: Camera) -> Float:
+    """Return plate points (n, 2), mm, on a regular grid over the image."""
     width, height = camera.image_size_px
     u, v = np.meshgrid(np.linspace(0, width - 1, _GRID), np.linspace(0, height - 1, _GRID))
     return camera.plate(np.stack([u.ravel(), v.ravel()], axis=1))
@@ -135,9 +188,9 @@ def _numbers(text: str, count: int, what: str) -> list[float]:
     try:
         values = [float(word) for word in text.split()]
     except ValueError as error:
-        raise RigError(what, "holds something that is not a number") from error
+        raise RigError(what, "has an entry that is not a number") from error
     if len(values) != count:
-        raise RigError(what, f"holds {len(values)} numbers; an {what} file has {count}")
+        raise RigError(what, f"has {len(values)} numbers; an {what} file has {count}")
     if not all(map(math.isfinite, values)):
         raise RigError(what, "must be finite")
     return values

@@ -1,9 +1,10 @@
-"""The rig JSON: the one interchange format of calibrated cameras (docs/method.md)."""
+"""The rig JSON, the interchange format of calibrated cameras (docs/method.md), and its validation."""
 
 from __future__ import annotations
 
 import json
 import math
+import unicodedata
 from collections.abc import Mapping
 from typing import Any
 
@@ -23,7 +24,23 @@ _SIDES = ("left", "right")
 
 
 def parse_rig(text: str | bytes) -> Rig:
-    """Return the rig written as JSON text; raise ``RigError`` naming the first field that cannot be used."""
+    """Return the rig of a JSON text.
+
+    Parameters
+    ----------
+    text
+        JSON, as text or in UTF-8.
+
+    Returns
+    -------
+    Rig
+        The rig.
+
+    Raises
+    ------
+    RigError
+        If the text is not JSON or not a rig; names the first field that is wrong.
+    """
     try:
         document = json.loads(text)
     except (ValueError, UnicodeDecodeError, RecursionError) as error:
@@ -32,7 +49,34 @@ def parse_rig(text: str | bytes) -> Rig:
 
 
 def rig_from_dict(document: object) -> Rig:
-    """Return the rig of a decoded JSON object; raise ``RigError`` naming the first field that cannot be used."""
+    """Return the rig of a decoded JSON object. This is the validation of every rig that enters the system.
+
+    Parameters
+    ----------
+    document
+        The decoded object.
+
+    Returns
+    -------
+    Rig
+        The rig.
+
+    Raises
+    ------
+    RigError
+        If it is not a rig; names the first field that is missing, unknown, not finite or impossible.
+
+    Examples
+    --------
+    >>> from spinewatch.simulation.rigs import large_rig
+    >>> document = rig_to_dict(large_rig())
+    >>> rig_to_dict(rig_from_dict(document)) == document
+    True
+    >>> document["left"]["focal_length_mm"] = -7.7
+    >>> rig_from_dict(document)
+    Traceback (most recent call last):
+    spinewatch.errors.RigError: rig field 'left.focal_length_mm' must be positive
+    """
     if not isinstance(document, Mapping):
         raise RigError("(document)", "must be an object with name, left and right")
     unknown = set(document) - {"name", *_SIDES}
@@ -40,7 +84,9 @@ def rig_from_dict(document: object) -> Rig:
         raise RigError(sorted(map(str, unknown))[0], "is not a field of a rig; remove it")
     name = document.get("name")
     if not isinstance(name, str) or not name.strip():
-        raise RigError("name", "must be a non-empty text")
+        raise RigError("name", "must be a non-empty string")
+    if any(unicodedata.category(character) in {"Cc", "Cs"} for character in name):
+        raise RigError("name", "must not contain control characters or lone surrogates")
     left, right = (_camera(document, side) for side in _SIDES)
     if left.position_mm == right.position_mm:
         raise RigError("right.position_mm", "equals left.position_mm; two cameras need a baseline")
@@ -48,12 +94,34 @@ def rig_from_dict(document: object) -> Rig:
 
 
 def rig_to_dict(rig: Rig) -> dict[str, Any]:
-    """Return the JSON object of a rig; ``rig_from_dict`` gives back the same numbers."""
+    """Return the JSON object of a rig.
+
+    Parameters
+    ----------
+    rig
+        The rig.
+
+    Returns
+    -------
+    dict
+        The object, from which `rig_from_dict` returns exactly the same rig.
+    """
     return {"name": rig.name, **{side: camera_to_dict(getattr(rig, side)) for side in _SIDES}}
 
 
 def camera_to_dict(camera: Camera) -> dict[str, Any]:
-    """Return the JSON object of one camera, as it stands in a rig."""
+    """Return the JSON object of one camera of a rig.
+
+    Parameters
+    ----------
+    camera
+        The camera.
+
+    Returns
+    -------
+    dict
+        The object.
+    """
     return {
         "position_mm": list(camera.position_mm),
         "rotation_deg": list(camera.rotation_deg),
@@ -102,10 +170,19 @@ def _numbers(entry: Mapping[str, Any], side: str, key: str, count: int) -> list[
         raise RigError(field, f"must be a list of {count} numbers")
     for item in value:
         if isinstance(item, bool) or not isinstance(item, int | float):
-            raise RigError(field, "must hold numbers only")
-        if not math.isfinite(item):
-            raise RigError(field, "must be finite")
-    return [float(item) for item in value]
+            raise RigError(field, "must contain only numbers")
+    numbers = [_float(item) for item in value]
+    if not all(map(math.isfinite, numbers)):
+        raise RigError(field, "must be finite")
+    return numbers
+
+
+def _float(number: float) -> float:
+    """Return a number in double precision; infinity for an integer that is too large."""
+    try:
+        return float(number)
+    except OverflowError:
+        return math.inf
 
 
 def _pair(values: list[float]) -> tuple[float, float]:

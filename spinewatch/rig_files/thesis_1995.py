@@ -1,8 +1,8 @@
-"""The camera parameter file of 1995, in the form of Table 3.3: one line a camera, angles as DDDMMSS.s.
+"""The camera parameter file of 1995, in the form of Table 3.3: one line per camera, angles as DDDMMSS.s.
 
     LEFT   X0 Y0 Z0  omega phi kappa  f x0 y0  K1 K2 P1 P2
 
-Lengths are mm. Lines that start with # are comments. The file says nothing of the sensor.
+Lengths are mm. Lines that start with # are comments. The file does not describe the sensor.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import math
 
 from spinewatch.camera import Camera, Rig
 from spinewatch.errors import ParameterError, RigError
-from spinewatch.geometry.angles import degrees_from_dms
+from spinewatch.geometry.angles import degrees_from_dms, dms_from_degrees
 
 _SIDES = ("left", "right")
 _NAMES = ("X0", "Y0", "Z0", "omega", "phi", "kappa", "f", "x0", "y0", "K1", "K2", "P1", "P2")
@@ -23,7 +23,33 @@ def parse_1995(
     image_size_px: tuple[int, int] = (568, 416),
     pixel_size_mm: tuple[float, float] = (0.01, 0.00845),
 ) -> Rig:
-    """Return the rig of a 1995 parameter file; the sensor is the cart's unless given. Raises ``RigError``."""
+    """Return the rig of a 1995 parameter file.
+
+    Parameters
+    ----------
+    text
+        Text of the file.
+    name
+        Name of the rig.
+    image_size_px
+        (W, H), px; by default the cart's.
+    pixel_size_mm
+        (px, py), mm; by default the cart's.
+
+    Returns
+    -------
+    Rig
+        The rig.
+
+    Raises
+    ------
+    RigError
+        If a line is missing, given twice or has a wrong entry.
+
+    References
+    ----------
+    Thesis Table 3.3.
+    """
     cameras: dict[str, Camera] = {}
     for line in text.splitlines():
         words = line.split()
@@ -31,7 +57,9 @@ def parse_1995(
             continue
         side = words[0].lower()
         if side not in _SIDES:
-            raise RigError(words[0], "is neither LEFT nor RIGHT; start each camera's line with one of them")
+            raise RigError(
+                words[0], "is neither LEFT nor RIGHT; start the line of each camera with one of them"
+            )
         if side in cameras:
             raise RigError(side, "is given twice; keep one line")
         cameras[side] = _camera(side, words[1:], image_size_px, pixel_size_mm)
@@ -41,20 +69,27 @@ def parse_1995(
     return Rig(name, cameras["left"], cameras["right"])
 
 
-def write_1995(rig: Rig) -> str:
-    """Return a rig as a 1995 parameter file; seconds of arc carry seven decimals, some 1e-11 degrees."""
+def format_1995(rig: Rig) -> str:
+    """Return the text of a 1995 parameter file.
+
+    Parameters
+    ----------
+    rig
+        The rig.
+
+    Returns
+    -------
+    str
+        Text of the file; angles are rounded to some 3e-11 degrees, other numbers are exact.
+
+    Examples
+    --------
+    >>> from spinewatch.simulation.rigs import large_rig
+    >>> print(format_1995(large_rig())[:58])
+    # X0 Y0 Z0 omega phi kappa f x0 y0 K1 K2 P1 P2  (mm, DDDMM
+    """
     header = "# " + " ".join(_NAMES) + "  (mm, DDDMMSS.s)"
     return "\n".join([header, _line("LEFT", rig.left), _line("RIGHT", rig.right)]) + "\n"
-
-
-def dms_from_degrees(degrees: float) -> str:
-    """Return an angle in decimal degrees as DDDMMSS.s with seven decimals of a second."""
-    units = round(abs(degrees) * 3600 * 10**7)
-    seconds, fraction = divmod(units, 10**7)
-    whole, rest = divmod(seconds, 3600)
-    minutes, seconds = divmod(rest, 60)
-    sign = "-" if degrees < 0 and units else ""
-    return f"{sign}{whole}{minutes:02d}{seconds:02d}.{fraction:07d}"
 
 
 def _camera(side: str, words: list[str], size: tuple[int, int], pixel: tuple[float, float]) -> Camera:

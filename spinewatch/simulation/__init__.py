@@ -1,1 +1,1 @@
-"""Truth for tests, planning and demonstrations: rigs, spines with triads, and what cameras see of them."""
+"""Simulated rigs, spines, features and images with known truth, for tests, planning, benchmarks and training."""

@@ -1,4 +1,4 @@
-"""Simulated scenes: triads, what a detector reports of them, and the truth in the form of the rendered scenes."""
+"""Simulated scenes: triads, their features, and the truth in the format of the rendered scenes."""
 
 from __future__ import annotations
 
@@ -9,23 +9,45 @@ import numpy as np
 
 from spinewatch.arrays import Float
 from spinewatch.camera import Camera, Rig
-from spinewatch.errors import ParameterError
+from spinewatch.imaging.frame import SIDES, Side
 from spinewatch.markers import FLAT_10_14_18, TriadModel
-from spinewatch.simulation.observations import HiddenImage, Noise, Observation, Side, ball_centres, observe
-from spinewatch.simulation.rigs import perturbed_rig
+from spinewatch.simulation.observations import (
+    FeatureNoise,
+    HiddenBall,
+    Observation,
+    ball_centres,
+    observe,
+)
+from spinewatch.simulation.rigs import convergence_point, perturbed_rig
 from spinewatch.simulation.spines import random_spine
 from spinewatch.triads.pose import Pose
-
-SIDES: tuple[Side, Side] = ("left", "right")
 
 
 @dataclass(frozen=True)
 class SceneParameters:
-    """What a scene is made of.
+    """Contents of a scene.
 
-    ``labels`` of the triads along ``axis``, ``spacing_mm`` apart times ``steps``, in a row that turns by
-    ``bend_deg``; ``hidden`` triads lack one ball in one view; ``calibration_sd_deg`` and ``_mm``, the error of
-    the right camera in the rig that the scene is measured with.
+    Attributes
+    ----------
+    labels
+        Vertebrae with a triad, in order along the axis.
+    axis
+        Object axis along the spine.
+    spacing_mm
+        Distance between vertebrae, mm.
+    steps
+        Distance from each triad to the next, as a multiple of the spacing; by default 1.
+    bend_deg
+        Change of direction of the chain of triads from end to end, degrees.
+    noise
+        Errors of the features.
+    hidden
+        Number of triads with one ball hidden in one view.
+    calibration_sd_deg, calibration_sd_mm
+        Error of the right camera in the rig that the scene is measured with: standard deviations per axis of its
+        rotation, degrees, and of its position, mm.
+    model
+        The marker on every vertebra.
     """
 
     labels: tuple[str, ...] = ("L1", "T11", "T9", "T7")
@@ -33,7 +55,7 @@ class SceneParameters:
     spacing_mm: float = 50.0
     steps: tuple[float, ...] | None = None
     bend_deg: float = 0.0
-    noise: Noise = field(default_factory=lambda: Noise(0.1, 0.0, 10))
+    noise: FeatureNoise = field(default_factory=lambda: FeatureNoise(0.1, 0.0, 10))
     hidden: int = 0
     calibration_sd_deg: float = 0.0
     calibration_sd_mm: float = 0.0
@@ -42,21 +64,59 @@ class SceneParameters:
 
 @dataclass(frozen=True, eq=False)
 class SimulatedScene:
-    """True ``poses`` seen by ``true_rig``, and what is given to measure them: ``rig`` and ``seen``."""
+    """A scene with its truth and with the data to measure it.
+
+    Attributes
+    ----------
+    parameters
+        The parameters of the scene.
+    true_rig
+        The rig that the features were simulated with.
+    rig
+        The rig to measure with, which includes the calibration error.
+    poses
+        True poses.
+    hidden
+        Hidden balls.
+    observation
+        Features of both images.
+    """
 
     parameters: SceneParameters
     true_rig: Rig
     rig: Rig
     poses: tuple[Pose, ...]
-    hidden: tuple[HiddenImage, ...]
-    seen: Observation
+    hidden: tuple[HiddenBall, ...]
+    observation: Observation
 
 
 def simulate_scene(rig: Rig, parameters: SceneParameters, rng: np.random.Generator) -> SimulatedScene:
-    """Return a random scene in front of a rig, about the point that its optical axes have in common."""
+    """Return a random scene around the point of convergence of a rig.
+
+    Parameters
+    ----------
+    rig
+        The true rig.
+    parameters
+        Contents of the scene.
+    rng
+        Source of random numbers.
+
+    Returns
+    -------
+    SimulatedScene
+        The scene; the same parameters and the same state of ``rng`` give the same scene.
+
+    Examples
+    --------
+    >>> from spinewatch.simulation.rigs import large_rig
+    >>> scene = simulate_scene(large_rig(), SceneParameters(labels=("L1", "T9")), np.random.default_rng(0))
+    >>> len(scene.poses), len(scene.observation.left)
+    (2, 16)
+    """
     p = parameters
     count, balls = len(p.labels), len(p.model.balls)
-    middle = aim_point(rig)
+    middle = convergence_point(rig)
     poses = random_spine(
         rng,
         count,
@@ -70,42 +130,26 @@ def simulate_scene(rig: Rig, parameters: SceneParameters, rng: np.random.Generat
     hidden = tuple(
         (int(balls * t + rng.integers(balls)), SIDES[int(rng.integers(2))]) for t in np.sort(triads)
     )
-    seen = observe(rig, poses, rng, p.noise, hidden=hidden, models=[p.model] * count)
-    known = perturbed_rig(rig, rng, p.calibration_sd_deg, p.calibration_sd_mm)
-    return SimulatedScene(p, rig, known, poses, hidden, seen)
-
-
-def aim_point(rig: Rig) -> Float:
-    """Return the point nearest to both optical axes.
-
-    Parameters
-    ----------
-    rig
-        A rig whose axes are not parallel.
-
-    Returns
-    -------
-    Float
-        The midpoint of the axes' common perpendicular, shape (3,), object space, mm.
-
-    Raises
-    ------
-    ParameterError
-        If the axes are parallel.
-
-    """
-    along = rig.axes_approach_mm
-    if along is None:
-        raise ParameterError("the optical axes are parallel: give a rig whose cameras converge")
-    ends = [
-        camera.centre - depth * camera.M[2]
-        for camera, depth in zip((rig.left, rig.right), along, strict=True)
-    ]
-    return np.asarray(np.mean(ends, axis=0))
+    observation = observe(rig, poses, rng, p.noise, hidden=hidden, models=[p.model] * count)
+    calibrated = perturbed_rig(rig, rng, p.calibration_sd_deg, p.calibration_sd_mm)
+    return SimulatedScene(p, rig, calibrated, poses, hidden, observation)
 
 
 def truth_document(scene: SimulatedScene, name: str) -> dict[str, Any]:
-    """Return the truth of a scene in the form of the rendered scenes' truth.json, without what only images have."""
+    """Return the truth of a scene in the format of the rendered scenes' truth.json.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    name
+        Its name.
+
+    Returns
+    -------
+    dict
+        JSON object; the keys that describe rendering are absent.
+    """
     p, rig = scene.parameters, scene.true_rig
     return {
         "format": "spinewatch-simulated-1",
@@ -155,7 +199,7 @@ def _triad_document(scene: SimulatedScene, index: int) -> dict[str, Any]:
     }
 
 
-def _view_document(scene: SimulatedScene, centre: Float, side: Side, shown: bool) -> dict[str, Any]:
+def _view_document(scene: SimulatedScene, centre: Float, side: Side, visible: bool) -> dict[str, Any]:
     camera: Camera = getattr(scene.true_rig, side)
     pixel = camera.project(centre)
     inside = bool(np.all((pixel >= 0) & (pixel <= np.array(camera.image_size_px) - 1)))
@@ -167,8 +211,8 @@ def _view_document(scene: SimulatedScene, centre: Float, side: Side, shown: bool
         ),
         "distance_mm": float(np.linalg.norm(centre - camera.centre)),
         "in_image": inside,
-        "visible": shown and inside,
-        "visible_fraction": float(shown and inside),
+        "visible": visible and inside,
+        "visible_fraction": float(visible and inside),
     }
 
 

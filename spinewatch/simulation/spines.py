@@ -1,4 +1,4 @@
-"""Rows of triads as a surgeon leaves them along a spine."""
+"""Random chains of triads along a spine."""
 
 from __future__ import annotations
 
@@ -24,30 +24,72 @@ def random_spine(
     tilt_sd_deg: float = 12.0,
     centre_mm: tuple[float, float, float] = MEASURING_VOLUME_CENTRE_MM,
 ) -> tuple[Pose, ...]:
-    """Return true poses (zero covariance) of a row of triads in order along an object axis.
+    """Return random poses of triads in order along an object axis.
 
-    Gaps are ``steps`` (count - 1, all 1 when not given) times the spacing and vary by a tenth; the row turns
-    by ``bend_deg`` from end to end beside waves of several mm; normals tilt about Z with a standard deviation
-    per axis, and each triad points anywhere in its plane.
+    The chain undulates by several mm across the axis and in height; distances vary by a tenth; the azimuth of each
+    triad in its plane is uniformly distributed.
+
+    Parameters
+    ----------
+    rng
+        Source of random numbers.
+    count
+        Number of triads.
+    axis
+        Object axis along the spine.
+    spacing_mm
+        Distance between vertebrae, mm.
+    steps
+        Distance from each triad to the next as a multiple of the spacing, ``count - 1`` numbers; by default 1.
+    bend_deg
+        Change of direction of the chain from end to end, degrees.
+    tilt_sd_deg
+        Standard deviation of the tilt of the normals against Z, per axis, degrees.
+    centre_mm
+        Middle of the chain, object space, mm.
+
+    Returns
+    -------
+    tuple of Pose
+        True poses, with zero covariance.
+
+    Examples
+    --------
+    >>> poses = random_spine(np.random.default_rng(0), 3)
+    >>> [bool(a.position_mm[0] < b.position_mm[0]) for a, b in zip(poses, poses[1:])]
+    [True, True]
     """
     along = int(axis == "y")
     gaps = spacing_mm * np.asarray(steps if steps is not None else np.ones(count - 1))
     gaps = gaps * (1 + 0.1 * rng.standard_normal(count - 1))
     s = np.concatenate([[0.0], np.cumsum(gaps)])
-    turn = np.radians(bend_deg) * ((s[:-1] + s[1:]) / 2 / max(s[-1], 1.0) - 0.5)
-    row = np.zeros((count, 2))
-    row[1:, 0], row[1:, 1] = np.cumsum(gaps * np.cos(turn)), np.cumsum(gaps * np.sin(turn))
-    row -= row.mean(axis=0)
+    direction = np.radians(bend_deg) * ((s[:-1] + s[1:]) / 2 / max(s[-1], 1.0) - 0.5)
+    chain = np.zeros((count, 2))
+    chain[1:, 0], chain[1:, 1] = np.cumsum(gaps * np.cos(direction)), np.cumsum(gaps * np.sin(direction))
+    chain -= chain.mean(axis=0)
     P = np.tile(np.array(centre_mm), (count, 1))
-    P[:, along] += row[:, 0]
-    P[:, 1 - along] += row[:, 1]
+    P[:, along] += chain[:, 0]
+    P[:, 1 - along] += chain[:, 1]
     P[:, 1 - along] += 10 * np.sin(s / 60 + rng.uniform(0, 2 * np.pi)) + 2 * rng.standard_normal(count)
     P[:, 2] += 5 * np.sin(s / 80 + rng.uniform(0, 2 * np.pi)) + 2 * rng.standard_normal(count)
     return tuple(Pose(p, random_rotation(rng, tilt_sd_deg), np.zeros((6, 6))) for p in P)
 
 
 def random_rotation(rng: np.random.Generator, tilt_sd_deg: float) -> Float:
-    """Return a rotation (3, 3) that tilts z with a standard deviation per axis and turns anywhere about it."""
+    """Return a random rotation of a triad: a tilt of its normal after a rotation about it by any angle.
+
+    Parameters
+    ----------
+    rng
+        Source of random numbers.
+    tilt_sd_deg
+        Standard deviation of the tilt, per axis, degrees.
+
+    Returns
+    -------
+    Float
+        Rotation from triad to object axes, shape (3, 3).
+    """
     tilt = np.append(np.radians(tilt_sd_deg) * rng.standard_normal(2), 0.0)
-    turn = np.array([0.0, 0.0, rng.uniform(-np.pi, np.pi)])
-    return np.asarray(rotation_from_vector(tilt) @ rotation_from_vector(turn))
+    azimuth = np.array([0.0, 0.0, rng.uniform(-np.pi, np.pi)])
+    return np.asarray(rotation_from_vector(tilt) @ rotation_from_vector(azimuth))

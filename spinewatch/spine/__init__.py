@@ -1,1 +1,1 @@
-"""From triad poses to the motion and configuration of the spine."""
+"""The spine: motion of vertebrae from the poses of their triads."""

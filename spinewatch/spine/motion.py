@@ -14,19 +14,35 @@ from spinewatch.triads.pose import Pose
 
 
 class ReferenceMissingError(SpinewatchError):
-    """The reference triad was not measured in a stage, so that there is no frame to compare stages in."""
+    """The reference triad was not measured in a stage, so that the two stages have no common frame."""
 
     code = "reference-missing"
 
 
 @dataclass(frozen=True, eq=False)
 class VertebraMotion:
-    """How one vertebra's triad moved, in the axes of the reference triad (clinical.md).
+    """Motion of one vertebra's triad, in the axes of the reference triad.
 
-    ``translation_mm`` (3,) of the triad's P with ``translation_sd_mm`` (3,); ``rotation`` (3, 3) and the same
-    as ``rotation_vector_deg`` (3,) with ``rotation_sd_deg`` (3,); ``angle_deg`` its length with
-    ``angle_sd_deg``; ``normal_angle_deg`` the angle between the two normals, all that the thesis sees of a
-    rotation.
+    Attributes
+    ----------
+    vertebra
+        Label of the vertebra.
+    translation_mm
+        Displacement of the triad's P, shape (3,), mm.
+    translation_sd_mm
+        Its standard deviations, shape (3,), mm.
+    rotation
+        Rotation, shape (3, 3).
+    rotation_vector_deg
+        The same as a rotation vector, shape (3,), degrees.
+    rotation_sd_deg
+        Its standard deviations, shape (3,), degrees.
+    angle_deg
+        Angle of the rotation, degrees.
+    angle_sd_deg
+        Its standard deviation, degrees.
+    normal_angle_deg
+        Angle between the two normals, degrees: the only part of a rotation that the thesis measures.
     """
 
     vertebra: str
@@ -41,9 +57,19 @@ class VertebraMotion:
 
 
 def relative_pose(pose: Pose, reference: Pose) -> Pose:
-    """Return a pose in the frame of the reference triad, G = X_ref^-1 X.
+    """Return a pose in the frame of the reference triad, ``G = X_ref^-1 X``.
 
-    Its covariance, about the reference's axes, includes the reference's own.
+    Parameters
+    ----------
+    pose
+        Pose of a triad, object space.
+    reference
+        Pose of the reference triad, object space.
+
+    Returns
+    -------
+    Pose
+        Pose in the axes of the reference; its covariance includes that of the reference.
     """
     to_reference = reference.rotation.T
     arm = pose.position_mm - reference.position_mm
@@ -59,16 +85,47 @@ def relative_pose(pose: Pose, reference: Pose) -> Pose:
 def relative_motion(
     start: Mapping[str, Pose], end: Mapping[str, Pose], reference: str
 ) -> tuple[VertebraMotion, ...]:
-    """Return the motions from one stage to another of every vertebra measured in both, in ``start``'s order.
+    """Return the motions of vertebrae from one stage to another, ``D = G_end G_start^-1``.
 
-    Motion is D = G_end G_start^-1 in the frame of the reference triad, which is not listed itself; the
-    translation is the displacement of P. Raises ``ReferenceMissingError``. Replaces eq. 6.1, which knows the
-    normal alone (``legacy_1995``).
+    Parameters
+    ----------
+    start, end
+        Poses by vertebra in each stage, object space of that stage.
+    reference
+        Vertebra of the reference triad.
+
+    Returns
+    -------
+    tuple of VertebraMotion
+        Motions of the vertebrae that both stages have, without the reference, in the order of ``start``.
+
+    Raises
+    ------
+    ReferenceMissingError
+        If a stage has no pose of the reference.
+
+    References
+    ----------
+    Replaces thesis eq. 6.1, which uses the normal alone (`spinewatch.thesis_1995.motion`). The translation is the
+    displacement of P, where eq. 6.1 moves the vertebral body with an offset that is not rotated.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> def at(x: float, R: np.ndarray) -> Pose:
+    ...     return Pose(np.array([x, 0.0, 0.0]), R, np.zeros((6, 6)))
+    >>> quarter = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    >>> start = {"L1": at(0, np.eye(3)), "T9": at(100, np.eye(3))}
+    >>> end = {"L1": at(0, np.eye(3)), "T9": at(90, quarter)}
+    >>> (motion,) = relative_motion(start, end, "L1")
+    >>> motion.translation_mm, motion.rotation_vector_deg.round(6)
+    (array([-10.,   0.,   0.]), array([ 0.,  0., 90.]))
     """
     for stage, poses in (("start", start), ("end", end)):
         if reference not in poses:
             raise ReferenceMissingError(
-                f"reference {reference} was not measured in the {stage} stage; capture it again"
+                f"reference {reference} was not measured in the {stage} stage; take that stage again or use another"
+                " reference"
             )
     return tuple(
         _motion(
@@ -82,25 +139,26 @@ def relative_motion(
 
 
 def _motion(vertebra: str, before: Pose, after: Pose) -> VertebraMotion:
+    """Return the motion between two poses in the frame of the reference."""
     R = after.rotation @ before.rotation.T
     vector = vector_from_rotation(R)
     angle = float(np.linalg.norm(vector))
-    turning = after.covariance[3:, 3:] + R @ before.covariance[3:, 3:] @ R.T
+    rotation_covariance = after.covariance[3:, 3:] + R @ before.covariance[3:, 3:] @ R.T
     J = inverse_left_jacobian(vector)
     if angle > 0:
-        unit = vector / angle
-        angle_variance = float(unit @ turning @ unit)
-    else:  # no axis yet: the worst one
-        angle_variance = float(np.linalg.eigvalsh(turning)[-1])
-    moving = before.covariance[:3, :3] + after.covariance[:3, :3]
+        axis = vector / angle
+        angle_variance = float(axis @ rotation_covariance @ axis)
+    else:  # without an axis: that of the largest variance
+        angle_variance = float(np.linalg.eigvalsh(rotation_covariance)[-1])
+    translation_covariance = before.covariance[:3, :3] + after.covariance[:3, :3]
     n = np.stack([before.normal, after.normal])
     return VertebraMotion(
         vertebra=vertebra,
         translation_mm=after.position_mm - before.position_mm,
-        translation_sd_mm=np.sqrt(np.diag(moving)),
+        translation_sd_mm=np.sqrt(np.diag(translation_covariance)),
         rotation=R,
         rotation_vector_deg=np.degrees(vector),
-        rotation_sd_deg=np.sqrt(np.diag(J @ turning @ J.T)),
+        rotation_sd_deg=np.sqrt(np.diag(J @ rotation_covariance @ J.T)),
         angle_deg=float(np.degrees(angle)),
         angle_sd_deg=float(np.sqrt(angle_variance)),
         normal_angle_deg=float(np.degrees(np.arctan2(np.linalg.norm(np.cross(*n)), n[0] @ n[1]))),

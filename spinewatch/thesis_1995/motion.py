@@ -1,7 +1,7 @@
-"""The thesis's own motion of a triad (eq. 6.1), kept by name to reproduce Table 6.1.
+"""The thesis's motion of a triad (eq. 6.1), to reproduce Table 6.1.
 
-It knows the normals only: the twist about the normal is lost, angles fold at 90 degrees, and the offset of a
-body from its triad is carried along without being turned. Measure with ``motion`` instead.
+It uses normals only: the rotation about the normal is lost, angles above 90 degrees are folded, and the offset of a
+body from its triad is not rotated. `spinewatch.spine.motion` replaces it.
 """
 
 from __future__ import annotations
@@ -13,18 +13,46 @@ from spinewatch.geometry.rotations import rotation_from_vector
 
 
 def normal_from_angles(angles_deg: Float) -> Float:
-    """Return the unit normal (3,) of its angles (alpha, beta, gamma) with the axes, degrees.
+    """Return the unit normal of its angles with the object axes.
 
-    Printed cosines do not square-sum to 1 within rounding, so that they are normalised.
+    Parameters
+    ----------
+    angles_deg
+        (alpha, beta, gamma), shape (3,), degrees.
+
+    Returns
+    -------
+    Float
+        Unit normal, shape (3,). The cosines of printed angles are normalized, since rounding changes their norm.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> normal_from_angles(np.array([90.0, 60.0, 30.0])).round(3)
+    array([0.   , 0.5  , 0.866])
     """
     cosines = np.cos(np.radians(angles_deg))
     return np.asarray(cosines / np.linalg.norm(cosines))
 
 
 def axis_and_angle(before: Float, after: Float) -> tuple[Float, float]:
-    """Return the axis T0 x T1 (3,) and the angle in degrees, at most 90, between two normals (eq. 6.1).
+    """Return axis and angle of the rotation between two normals.
 
-    Parallel normals give a zero axis.
+    Parameters
+    ----------
+    before, after
+        Normals of the triad, shape (3,).
+
+    Returns
+    -------
+    axis : Float
+        Unit vector along ``before x after``, shape (3,); zero for parallel normals.
+    angle_deg : float
+        Angle, at most 90 degrees.
+
+    References
+    ----------
+    Thesis eq. 6.1.
     """
     across = np.cross(before, after)
     sine = float(np.linalg.norm(across) / (np.linalg.norm(before) * np.linalg.norm(after)))
@@ -40,9 +68,29 @@ def move_body(
     before: Float,
     after: Float,
 ) -> tuple[Float, Float]:
-    """Return a vertebral body's new position (3,) and axis (3,) as section 6.2 moves them with its triad.
+    """Return position and axis of a vertebral body after a motion of its triad.
 
-    The axis turns with the normal; the offset from the triad is kept as it was.
+    Parameters
+    ----------
+    body_mm
+        Position of the body before, shape (3,), mm.
+    body_axis
+        Axis of the body before, shape (3,).
+    triad_before_mm, triad_after_mm
+        Positions of the triad, shape (3,), mm.
+    before, after
+        Normals of the triad, shape (3,).
+
+    Returns
+    -------
+    position_mm : Float
+        Position of the body after, shape (3,), mm; its offset from the triad is unchanged.
+    axis : Float
+        Axis of the body after, shape (3,), rotated with the normal.
+
+    References
+    ----------
+    Thesis section 6.2.
     """
     axis, angle = axis_and_angle(before, after)
     R = rotation_from_vector(axis * np.radians(angle))

@@ -1,1 +1,1 @@
-"""MATCH-POINT's top level: from points to labelled triad poses."""
+"""Triads (MATCH-POINT's top level): from points to labelled poses with covariances."""

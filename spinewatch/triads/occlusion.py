@@ -1,16 +1,17 @@
-"""Triads that are not in full view: found from the balls that both views show and what one view shows of others.
+"""Candidate triads with a hidden ball.
 
-Two balls leave a triad free to turn about the line between them. The image of the third in one view stops
-that turn: the circle on which it may lie passes there once or twice. Ten image coordinates for six unknowns
-leave four to test the fit by, where a triad in full view has six; so the row along the spine has more to say
-about these. Two balls alone have no pose, and are reported only where the row leaves no doubt. A marker of
-four balls that lacks one is a triad.
+Two balls that both images show leave a triad free to rotate about the line through them. The image of the third ball in
+one view determines this rotation: the circle on which the ball must lie is imaged near that feature once or twice. Ten
+image coordinates for six unknowns leave four degrees of freedom for a test of the fit, where a triad in full view has
+six, so that the chain of triads has more weight in the selection of these. Two balls alone have no pose; they are
+selected only if the chain makes a triad there likely. A marker of four balls that lacks one is a triad of three balls.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.stats import chi2
@@ -24,117 +25,232 @@ from spinewatch.matching.identification import (
     IdentificationParameters,
     identify_triads,
     log_gate_volume,
-    within_reach,
+    pairs_at_distances,
 )
 from spinewatch.matching.points import Points
 from spinewatch.matching.selection import (
     HIDDEN,
+    MAX_BALLS,
     SelectionParameters,
     TriadCandidates,
-    padded,
-    point_odds,
-    score_odds,
-    weigh_tilt,
-    weigh_triplets,
+    pad_features,
+    point_log_odds,
+    rate_triplets,
+    score_log_odds,
+    tilt_log_odds,
 )
-from spinewatch.triads.pose_adjustment import adjust_poses
-from spinewatch.triads.pose_fit import triad_view
+from spinewatch.triads.pose_adjustment import PoseAdjustmentParameters, adjust_poses, triad_images
 
-_FREEDOM = 4
-_TURNS = 24
-_MOST_PAIRS = 60
-_MAKING_SD_MM = 0.2
-_LEAST_DEPTH = 0.2  # of the radius
+_DOF = 4
+"""Five ball images of two coordinates less the six parameters of a pose."""
+
+_MIN_NORM = 1e-9
+"""Vectors shorter than this have no direction."""
+
+
+def _few_steps() -> PoseAdjustmentParameters:
+    return PoseAdjustmentParameters(max_steps=5)
 
 
 @dataclass(frozen=True)
 class OcclusionParameters:
-    """Limits of the search for triads with a hidden ball.
+    """Limits and prior knowledge of triads with a hidden ball.
 
-    ``tolerance_mm`` of the distance of the two balls in full view; ``reach_mrad`` between the third ball's
-    image and the circle on which it may lie, as 24 points show it; ``loss``, the share of true ones that the
-    fit's chi-square discards; ``share``, how often a triad that is not in full view lacks just one ball
-    image, and how many are expected when the number of triads is unknown; ``pair_share``, the same for two
-    balls in full view and no more; ``extra_sd_mrad`` as in ``MatcherParameters``, but smaller, since large
-    errors would hide which of two poses is the true one; ``max_candidates`` fitted. ``enabled`` false finds
-    triads in full view only.
+    Attributes
+    ----------
+    enabled
+        Whether triads with a hidden ball are searched for.
+    tolerance_mm
+        Largest error of the distance between the two balls in full view, mm.
+    max_circle_distance_mrad
+        Largest distance of the third ball's image from the circle on which the ball must lie, mrad.
+    n_circle_points
+        Number of points that represent this circle.
+    min_circle_depth
+        Smallest distance of the two initial positions of the third ball from the middle of the circle along the line of
+        sight, as a fraction of the radius; keeps them apart where the line of sight touches the circle.
+    significance
+        Probability that the chi-square tests of the distance and of the fit each discard a true triad.
+    occluded_rate
+        Fraction of the missing triads of which exactly one ball image is hidden; prior for the selection.
+    pair_rate
+        Fraction of the missing triads of which both images show two balls and neither shows the third.
+    assumed_missing
+        Number of missing triads assumed when the number of triads is not known.
+    extra_sd_mrad
+        Pointing error per axis added to every ray, mrad; smaller than that of `MatchingParameters`, since large errors
+        would not distinguish the two poses that may fit.
+    max_candidates
+        Number of candidates that are fitted per pair of balls and image, the nearest to the circle first, and that are
+        returned per marker, the most likely first.
+    max_pairs
+        Number of candidates with two balls that are returned per marker, the most likely first.
+    selected_log_odds
+        Log-odds of triads in full view in the repeated selection, so large that they stay selected.
+    adjustment
+        Adjustment of poses.
     """
 
     enabled: bool = True
     tolerance_mm: float = 3.0
-    reach_mrad: float = 4.0
-    loss: float = 0.001
-    share: float = 0.3
-    pair_share: float = 0.1
+    max_circle_distance_mrad: float = 4.0
+    n_circle_points: int = 24
+    min_circle_depth: float = 0.2
+    significance: float = 0.001
+    occluded_rate: float = 0.3
+    pair_rate: float = 0.1
+    assumed_missing: int = 1
     extra_sd_mrad: float = 0.1
     max_candidates: int = 200
+    max_pairs: int = 60
+    selected_log_odds: float = 1e4
+    adjustment: PoseAdjustmentParameters = field(default_factory=_few_steps)
 
 
 @dataclass(frozen=True, eq=False)
-class _Seeds:
-    """Possible triads: balls (c, 3, 3), mm, left and right features (c, 3), log-odds (c,), image misfit (c,), mm."""
+class FreeFeatures:
+    """Features that no triad uses yet.
+
+    Attributes
+    ----------
+    points
+        Points triangulated from free features.
+    rays
+        Rays of all features of the left and the right image.
+    free
+        Indices of the free ones among them, shapes (l,) and (r,).
+    """
+
+    points: Points
+    rays: tuple[Rays, Rays]
+    free: tuple[Int, Int]
+
+
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    """What every step of the search needs."""
+
+    features: FreeFeatures
+    rig: Rig
+    identification: IdentificationParameters
+    selection: SelectionParameters
+    occlusion: OcclusionParameters
+
+    @property
+    def points(self) -> Points:
+        """Points of free features."""
+        return self.features.points
+
+
+@dataclass(frozen=True, eq=False)
+class _InitialTriads:
+    """Triads before their fit.
+
+    Balls (c, 3, 3), mm; left and right features (c, 3); log-odds of the scores (c,); distances of the third ball's
+    image from its circle (c,), image plane, mm.
+    """
 
     balls_mm: Float
     left: Int
     right: Int
-    odds: Float
-    misfit_mm: Float
+    log_odds: Float
+    circle_distance_mm: Float
 
 
 def occluded_candidates(
-    points: Points,
-    rays: tuple[Rays, Rays],
-    free: tuple[Int, Int],
+    features: FreeFeatures,
     rig: Rig,
     models: Sequence[TriadModel],
-    choose: SelectionParameters,
+    identification: IdentificationParameters,
+    selection: SelectionParameters,
     parameters: OcclusionParameters,
     missing: int | None,
 ) -> TriadCandidates:
-    """Return triads with a hidden ball, strongest first of each kind.
+    """Return candidate triads with a hidden ball.
 
-    ``rays`` (left, right) of all features; ``points`` and ``free`` features that may still be used;
-    ``missing`` triads are expected, or None. Of two poses of the same features the likelier is listed.
+    Parameters
+    ----------
+    features
+        Features that may be used.
+    rig
+        The calibrated cameras.
+    models
+        The markers.
+    identification
+        Limits of distances, and the standard deviation of a marker's distances.
+    selection
+        Prior knowledge of triads.
+    parameters
+        Limits and prior knowledge of triads with a hidden ball.
+    missing
+        Number of triads still expected; None if it is not known, then pairs of balls are not returned.
+
+    Returns
+    -------
+    TriadCandidates
+        Candidates of each marker and kind, the most likely first; of two poses with the same features the more likely
+        one.
+
+    References
+    ----------
+    Not in the thesis, which needs all balls in both images.
+
+    Examples
+    --------
+    >>> from spinewatch.markers import FLAT_10_14_18
+    >>> from spinewatch.matching.points import MatchingParameters, match_features
+    >>> from spinewatch.simulation.observations import FeatureNoise, observe
+    >>> from spinewatch.simulation.rigs import large_rig
+    >>> from spinewatch.simulation.spines import random_spine
+    >>> rng, rig = np.random.default_rng(1), large_rig()
+    >>> images = observe(rig, random_spine(rng, 1), rng, FeatureNoise(0.1), hidden=[(1, "right")])
+    >>> points = match_features(images.left, images.right, rig, 8.0, MatchingParameters())
+    >>> rays = images.left.rays(rig.left), images.right.rays(rig.right)
+    >>> features = FreeFeatures(points, rays, (np.arange(3), np.arange(2)))
+    >>> steps = IdentificationParameters(), SelectionParameters(), OcclusionParameters()
+    >>> found = occluded_candidates(features, rig, [FLAT_10_14_18], *steps, missing=1)
+    >>> (found.left[0] == HIDDEN).tolist(), (found.right[0] == HIDDEN).tolist()
+    ([False, False, False, True], [False, True, False, True])
     """
-    expected = missing if missing is not None else 1
+    problem = _Problem(features, rig, identification, selection, parameters)
+    expected = missing if missing is not None else parameters.assumed_missing
     parts = [TriadCandidates.empty()]
     for index, model in enumerate(models):
-        if len(model.balls) == 4:
-            parts += _without_one_ball(points, rig, index, model, choose, parameters.share * expected)
+        if len(model.balls) == MAX_BALLS:
+            parts += _without_one_ball(problem, index, model, parameters.occluded_rate * expected)
             continue
-        seeds = _seeds(points, rays, free, model, choose, parameters)
-        fitted = TriadCandidates.joined(
-            [TriadCandidates.empty()] + [_fit(s, rays, rig, index, model, choose, parameters) for s in seeds]
-        )
-        parts.append(_strongest(fitted, parameters.share * expected, parameters.max_candidates))
+        fitted = [_fit(problem, index, model, triads) for triads in _initial_triads(problem, model)]
+        occluded = TriadCandidates.concatenate([TriadCandidates.empty(), *fitted])
+        parts.append(_most_likely(occluded, parameters.occluded_rate * expected, parameters.max_candidates))
         if missing is not None:
-            pairs = _bare_pairs(points, index, model, choose, parameters)
-            parts.append(_strongest(pairs, parameters.pair_share * expected, _MOST_PAIRS))
-    return TriadCandidates.joined(parts)
+            pairs = _pair_candidates(problem, index, model)
+            parts.append(_most_likely(pairs, parameters.pair_rate * expected, parameters.max_pairs))
+    return TriadCandidates.concatenate(parts)
 
 
-def _strongest(found: TriadCandidates, expected: float, most: int) -> TriadCandidates:
-    """Return the likeliest candidate for each set of features, strongest first, with their odds beforehand."""
-    order = np.argsort(-found.log_odds, kind="stable")
-    features = np.concatenate([found.left, found.right], axis=1)[order]
+def _most_likely(candidates: TriadCandidates, expected: float, max_count: int) -> TriadCandidates:
+    """Return the most likely candidate for each set of features, with prior odds added, the most likely first."""
+    order = np.argsort(-candidates.log_odds, kind="stable")
+    features = np.concatenate([candidates.left, candidates.right], axis=1)[order]
     _, first = np.unique(features, axis=0, return_index=True)
-    found = found.take(order[np.sort(first)])
+    found = candidates.take(order[np.sort(first)])
     prior = np.log(expected / max(len(found), 1))
-    return replace(found, log_odds=found.log_odds + prior).take(np.arange(min(most, len(found))))
+    best = np.arange(min(max_count, len(found)))
+    return replace(found, log_odds=found.log_odds + prior).take(best)
 
 
 def _without_one_ball(
-    points: Points, rig: Rig, index: int, model: TriadModel, choose: SelectionParameters, expected: float
+    problem: _Problem, index: int, model: TriadModel, expected: float
 ) -> list[TriadCandidates]:
-    """Return markers of four balls of which just three are in full view, for each hidden ball."""
-    parts = []
-    for hidden in range(4):
+    """Return markers of four balls of which both images show three, for each hidden ball."""
+    points, parts = problem.points, []
+    for hidden in range(MAX_BALLS):
         triad = model.without(hidden)
         if triad is None:
             continue
-        triplets = identify_triads(points, triad, IdentificationParameters())
-        prior = float(np.log(expected / max(4 * len(triplets), 1)))
-        found = weigh_triplets(triplets, points, index, triad, rig, choose, prior)
+        triplets = identify_triads(points, triad, problem.identification)
+        prior = float(np.log(expected / max(MAX_BALLS * len(triplets), 1)))
+        found = rate_triplets(triplets, points, index, triad, problem.rig, problem.selection, prior)
         left, right = (
             np.insert(features[:, :3], hidden, HIDDEN, axis=1) for features in (found.left, found.right)
         )
@@ -142,177 +258,198 @@ def _without_one_ball(
     return parts
 
 
-def _bare_pairs(
-    points: Points,
-    index: int,
-    model: TriadModel,
-    choose: SelectionParameters,
-    parameters: OcclusionParameters,
-) -> TriadCandidates:
-    """Return pairs of balls of a triad of which a view may show the third, with a pose that faces up."""
-    lists = within_reach(points, model.distances_mm, parameters.tolerance_mm)
-    odds = point_odds(points, choose)
+def _pair_candidates(problem: _Problem, index: int, model: TriadModel) -> TriadCandidates:
+    """Return pairs of balls of a triad whose third ball is in neither image, with a pose whose z is near Z."""
+    points, p = problem.points, problem.occlusion
+    ball_odds = point_log_odds(points, problem.selection)
+    log_gate = log_gate_volume(1, p.significance)
     parts = [TriadCandidates.empty()]
-    for (a, b), distance, pairs in zip(model.pairs.tolist(), model.distances_mm, lists, strict=True):
-        p, q = pairs.T
-        along = points.position_mm[q] - points.position_mm[p]
+    for (a, b), distance, pairs, chi_square in _pairs_of_balls(problem, model):
+        i, j = pairs.T
+        along = points.position_mm[j] - points.position_mm[i]
         u = along / np.linalg.norm(along, axis=1, keepdims=True)
-        surprise = _surprise(points, pairs, distance)
-        fitting = -0.5 * surprise - 0.5 * np.log(2 * np.pi) + log_gate_volume(1, parameters.loss)
+        fit_odds = -0.5 * chi_square - 0.5 * np.log(2 * np.pi) + log_gate
         A, B = model.coordinates_mm[a], model.coordinates_mm[b]
-        rotation = _frames_up(u) @ _frames_up(((B - A) / distance)[None])[0].T
-        origin = (points.position_mm[p] + points.position_mm[q]) / 2 - rotation @ ((A + B) / 2)
-        images = np.full((2, len(pairs), 4), HIDDEN)
-        for row, used in zip(images, (points.left_index, points.right_index), strict=True):
-            row[:, a], row[:, b] = used[p], used[q]
+        rotation = _frames_near_z(u) @ _frames_near_z(((B - A) / distance)[None])[0].T
+        origin = (points.position_mm[i] + points.position_mm[j]) / 2 - rotation @ ((A + B) / 2)
+        left, right = (
+            _feature_table(used, pairs, (a, b), MAX_BALLS) for used in (points.left_index, points.right_index)
+        )
         kinds = np.full(len(pairs), index, dtype=np.intp)
-        found = TriadCandidates(kinds, origin, rotation, fitting + odds[p] + odds[q], images[0], images[1])
-        parts.append(found.take(surprise <= chi2.isf(parameters.loss, 1)))
-    return TriadCandidates.joined(parts)
+        log_odds = fit_odds + ball_odds[i] + ball_odds[j]
+        found = TriadCandidates(kinds, origin, rotation, log_odds, left, right)
+        parts.append(found.take(chi_square <= chi2.isf(p.significance, 1)))
+    return TriadCandidates.concatenate(parts)
 
 
-def _surprise(points: Points, pairs: Int, distance_mm: float) -> Float:
-    """Return the chi-squares (p,) of the distances of pairs of points, one degree of freedom."""
-    p, q = pairs.T
-    along = points.position_mm[q] - points.position_mm[p]
+def _pairs_of_balls(
+    problem: _Problem, model: TriadModel
+) -> Iterator[tuple[tuple[int, int], float, Int, Float]]:
+    """Yield two balls, their distance, pairs (p, 2) of points at this distance and the chi-squares (p,) of it."""
+    lists = pairs_at_distances(problem.points, model.distances_mm, problem.occlusion.tolerance_mm)
+    for (a, b), distance, pairs in zip(model.pairs.tolist(), model.distances_mm, lists, strict=True):
+        yield (a, b), distance, pairs, _distance_chi2(problem, pairs, distance)
+
+
+def _distance_chi2(problem: _Problem, pairs: Int, distance_mm: float) -> Float:
+    """Return the chi-squares (p,) of the distances of pairs (p, 2) of points, one degree of freedom."""
+    points = problem.points
+    i, j = pairs.T
+    along = points.position_mm[j] - points.position_mm[i]
     length = np.linalg.norm(along, axis=1)
     u = along / length[:, None]
-    S = points.covariance_mm2[p] + points.covariance_mm2[q]
-    variance = np.einsum("ni,nij,nj->n", u, S, u) + _MAKING_SD_MM**2
+    S = points.covariance_mm2[i] + points.covariance_mm2[j]
+    variance = np.einsum("ni,nij,nj->n", u, S, u) + problem.identification.model_sd_mm**2
     return np.asarray((length - distance_mm) ** 2 / variance)
 
 
-def _frames_up(u: Float) -> Float:
-    """Return frames (n, 3, 3) whose x is a unit vector (n, 3) and whose z is as near as can be to Z."""
+def _feature_table(used: Int, pairs: Int, balls: tuple[int, int], n_balls: int) -> Int:
+    """Return the features (p, n) of pairs (p, 2) of points in the columns of two balls, `HIDDEN` elsewhere."""
+    table = np.full((len(pairs), n_balls), HIDDEN)
+    table[:, balls[0]], table[:, balls[1]] = used[pairs[:, 0]], used[pairs[:, 1]]
+    return table
+
+
+def _frames_near_z(u: Float) -> Float:
+    """Return frames (n, 3, 3) whose x is a unit vector (n, 3) and whose z is as near to Z as possible."""
     z = np.array([0.0, 0.0, 1.0]) - u[:, 2:] * u
-    z /= np.maximum(np.linalg.norm(z, axis=1, keepdims=True), 1e-9)
+    z /= np.maximum(np.linalg.norm(z, axis=1, keepdims=True), _MIN_NORM)
     return np.stack([u, np.cross(z, u), z], axis=-1)
-
-
-def _seeds(
-    points: Points,
-    rays: tuple[Rays, Rays],
-    free: tuple[Int, Int],
-    model: TriadModel,
-    choose: SelectionParameters,
-    parameters: OcclusionParameters,
-) -> Iterator[_Seeds]:
-    """Yield possible triads for each hidden ball and each view that still shows it."""
-    lists = within_reach(points, model.distances_mm, parameters.tolerance_mm)
-    odds = score_odds(points.score, choose)
-    own = points.left_index, points.right_index
-    for (a, b), distance, every in zip(model.pairs.tolist(), model.distances_mm, lists, strict=True):
-        hidden = 3 - a - b
-        pairs = every[_surprise(points, every, distance) <= chi2.isf(parameters.loss, 1)]
-        circles = _third_balls(points, pairs, model, (a, b))
-        for side in (0, 1):
-            pair, feature, turn, misfit = _meetings(circles.points(), rays[side], free[side], parameters)
-            p, q = pairs[pair].T
-            images = np.full((2, len(pair), 3), HIDDEN)
-            for row, used in zip(images, own, strict=True):
-                row[:, a], row[:, b] = used[p], used[q]
-            images[side, :, hidden] = feature
-            balls = np.empty((len(pair), 3, 3))
-            balls[:, a], balls[:, b] = points.position_mm[p], points.position_mm[q]
-            for third in circles.along_sight(pair, turn, rays[side].vectors[feature]):
-                balls[:, hidden] = third
-                yield _Seeds(balls.copy(), images[0], images[1], odds[p] + odds[q], misfit)
 
 
 @dataclass(frozen=True, eq=False)
 class _Circles:
-    """Circles of one radius: centres (c, 3), unit axes (c, 3) and where they start (c, 3), a unit vector across."""
+    """Circles: centres (c, 3), unit axes (c, 3), unit vectors to the first point (c, 3), radius, number of points."""
 
-    centre: Float
+    centre_mm: Float
     axis: Float
-    start: Float
+    first: Float
     radius_mm: float
+    n_points: int
 
-    def points(self) -> Float:
-        """Return the points (c, turns, 3) of the circles, evenly spaced."""
-        turn = np.linspace(0, 2 * np.pi, _TURNS, endpoint=False)[:, None]
-        aside = np.cross(self.axis, self.start)
-        around = np.cos(turn) * self.start[:, None] + np.sin(turn) * aside[:, None]
-        return np.asarray(self.centre[:, None] + self.radius_mm * around)
+    @cached_property
+    def points_mm(self) -> Float:
+        """Evenly spaced points of the circles, shape (c, n, 3), mm."""
+        angle = np.linspace(0, 2 * np.pi, self.n_points, endpoint=False)[:, None]
+        second = np.cross(self.axis, self.first)
+        directions = np.cos(angle) * self.first[:, None] + np.sin(angle) * second[:, None]
+        return np.asarray(self.centre_mm[:, None] + self.radius_mm * directions)
 
-    def along_sight(self, index: Int, turn: Int, sight: Float) -> tuple[Float, Float]:
-        """Return the two points (k, 3) each of circles that a line of sight passes, front and back.
+    def along_sight(self, index: Int, point: Int, sight: Float, min_depth: float) -> tuple[Float, Float]:
+        """Return the two points (k, 3) of circles (k,) on a line of sight (k, 3) that passes near a point (k,).
 
-        Where it only touches, they lie a little apart, on both sides of the touching point.
+        Where the line of sight touches the circle, they are moved apart to a fraction of the radius.
         """
-        at = self.points()[index, turn] - self.centre[index]
+        radial = self.points_mm[index, point] - self.centre_mm[index]
         axis = self.axis[index]
         line = sight - (sight * axis).sum(axis=1, keepdims=True) * axis
-        line /= np.maximum(np.linalg.norm(line, axis=1, keepdims=True), 1e-9)
-        deep = (at * line).sum(axis=1, keepdims=True)
-        beside = at - deep * line
-        deep = np.maximum(np.abs(deep), _LEAST_DEPTH * self.radius_mm)
-        ends = []
-        for sign in (-1, 1):
-            end = beside + sign * deep * line
-            end *= self.radius_mm / np.linalg.norm(end, axis=1, keepdims=True)
-            ends.append(self.centre[index] + end)
-        return ends[0], ends[1]
+        line /= np.maximum(np.linalg.norm(line, axis=1, keepdims=True), _MIN_NORM)
+        depth = (radial * line).sum(axis=1, keepdims=True)
+        across = radial - depth * line
+        depth = np.maximum(np.abs(depth), min_depth * self.radius_mm)
+        near, far = (self._on_circle(index, across + sign * depth * line) for sign in (-1, 1))
+        return near, far
+
+    def _on_circle(self, index: Int, radial: Float) -> Float:
+        """Return the points (k, 3) of circles (k,) in the direction of vectors (k, 3) from their centres."""
+        radial *= self.radius_mm / np.linalg.norm(radial, axis=1, keepdims=True)
+        return np.asarray(self.centre_mm[index] + radial)
 
 
-def _third_balls(points: Points, pairs: Int, model: TriadModel, known: tuple[int, int]) -> _Circles:
-    """Return the circles on which the third ball may lie, about the lines of pairs (c, 2)."""
-    a, b = known
+@dataclass(frozen=True, eq=False)
+class _Encounters:
+    """Features near the image of a circle: circles, features and points of the circle (k,); distances (k,), mm."""
+
+    circle: Int
+    feature: Int
+    point: Int
+    distance_mm: Float
+
+
+def _initial_triads(problem: _Problem, model: TriadModel) -> Iterator[_InitialTriads]:
+    """Yield triads for each hidden ball, each image that still shows it, and each of two positions of it."""
+    limit = chi2.isf(problem.occlusion.significance, 1)
+    for balls, _, pairs, chi_square in _pairs_of_balls(problem, model):
+        fitting = pairs[chi_square <= limit]
+        circles = _third_ball_circles(problem, fitting, model, balls)
+        for side in (0, 1):
+            yield from _initial_triads_in_image(problem, fitting, balls, circles, side)
+
+
+def _initial_triads_in_image(
+    problem: _Problem, pairs: Int, balls: tuple[int, int], circles: _Circles, side: int
+) -> Iterator[_InitialTriads]:
+    """Yield two triads for each feature of one image that is near a circle: third ball in front and at the back."""
+    points, rays = problem.points, problem.features.rays[side]
+    near = _encounters(circles, rays, problem.features.free[side], problem.occlusion)
+    score_odds = score_log_odds(points.score, problem.selection)
+    a, b = balls
+    third = 3 - a - b
+    i, j = pairs[near.circle].T
+    features = [
+        _feature_table(used, pairs[near.circle], balls, 3) for used in (points.left_index, points.right_index)
+    ]
+    features[side][:, third] = near.feature
+    ends = circles.along_sight(
+        near.circle, near.point, rays.vectors[near.feature], problem.occlusion.min_circle_depth
+    )
+    for end in ends:
+        balls_mm = np.empty((len(i), 3, 3))
+        balls_mm[:, a], balls_mm[:, b], balls_mm[:, third] = points.position_mm[i], points.position_mm[j], end
+        yield _InitialTriads(
+            balls_mm, features[0], features[1], score_odds[i] + score_odds[j], near.distance_mm
+        )
+
+
+def _third_ball_circles(problem: _Problem, pairs: Int, model: TriadModel, balls: tuple[int, int]) -> _Circles:
+    """Return the circles on which the third ball must lie, about the lines through pairs (p, 2) of points."""
+    a, b = balls
     A, B, C = (model.coordinates_mm[k] for k in (a, b, 3 - a - b))
     span = float(np.linalg.norm(B - A))
     along = float((C - A) @ (B - A)) / span
     radius = float(np.sqrt(((C - A) ** 2).sum() - along**2))
-    P, Q = points.position_mm[pairs[:, 0]], points.position_mm[pairs[:, 1]]
+    P, Q = (problem.points.position_mm[pairs[:, k]] for k in (0, 1))
     u = (Q - P) / np.linalg.norm(Q - P, axis=1, keepdims=True)
-    return _Circles((P + Q) / 2 + (along - span / 2) * u, u, _frames_up(u)[:, :, 2], radius)
+    centre = (P + Q) / 2 + (along - span / 2) * u
+    return _Circles(centre, u, _frames_near_z(u)[:, :, 2], radius, problem.occlusion.n_circle_points)
 
 
-def _meetings(
-    circles: Float, rays: Rays, free: Int, parameters: OcclusionParameters
-) -> tuple[Int, Int, Int, Float]:
-    """Return (pair, feature, turn, misfit on the plate in mm) where circles come near free features in a view."""
-    if not len(circles) or not len(free):
+def _encounters(circles: _Circles, rays: Rays, free: Int, parameters: OcclusionParameters) -> _Encounters:
+    """Return the free features (f,) of an image that are near the image of a circle."""
+    if not len(circles.centre_mm) or not len(free):
         none = np.empty(0, dtype=np.intp)
-        return none, none, none, np.empty(0)
-    images, _ = rays.pinhole.project(circles)
-    margin = rays.pinhole.focal_length_mm * parameters.reach_mrad / 1000
+        return _Encounters(none, none, none, np.empty(0))
+    images, _ = rays.pinhole.project(circles.points_mm)
+    margin = rays.pinhole.focal_length_mm * parameters.max_circle_distance_mrad / 1000
     low, high = images.min(axis=1)[:, None] - margin, images.max(axis=1)[:, None] + margin
-    at = rays.ideal_mm[free]
-    pair, k = np.nonzero(np.all((at >= low) & (at <= high), axis=-1))
-    miss = np.linalg.norm(images[pair] - at[k][:, None], axis=-1)
-    turn = miss.argmin(axis=1)
-    misfit = miss[np.arange(len(miss)), turn]
-    near = np.flatnonzero(misfit <= margin)
-    return pair[near], free[k[near]], turn[near], misfit[near]
+    feature = rays.ideal_mm[free]
+    circle, k = np.nonzero(np.all((feature >= low) & (feature <= high), axis=-1))
+    distances = np.linalg.norm(images[circle] - feature[k][:, None], axis=-1)
+    point = distances.argmin(axis=1)
+    distance = distances[np.arange(len(distances)), point]
+    near = np.flatnonzero(distance <= margin)
+    return _Encounters(circle[near], free[k[near]], point[near], distance[near])
 
 
-def _fit(
-    seeds: _Seeds,
-    rays: tuple[Rays, Rays],
-    rig: Rig,
-    index: int,
-    model: TriadModel,
-    choose: SelectionParameters,
-    parameters: OcclusionParameters,
-) -> TriadCandidates:
-    origin, rotation = approximate_poses(model.coordinates_mm, seeds.balls_mm)
-    facing = np.flatnonzero(weigh_tilt(origin, rotation, rig, choose)[0])
-    kept = facing[np.argsort(seeds.misfit_mm[facing], kind="stable")][: parameters.max_candidates]
-    left, right = seeds.left[kept], seeds.right[kept]
-    views = [triad_view(r, i) for r, i in zip(rays, (left, right), strict=True)]
-    fit = adjust_poses(model.coordinates_mm, views, origin[kept], rotation[kept], steps=5)
-    facing_now, tilt = weigh_tilt(fit.position_mm, fit.rotation, rig, choose)
-    good = facing_now & fit.determined & (fit.chi2 <= chi2.isf(parameters.loss, _FREEDOM))
-    fitting = (
-        -0.5 * fit.chi2 - 0.5 * _FREEDOM * np.log(2 * np.pi) + log_gate_volume(_FREEDOM, parameters.loss)
-    )
-    log_odds = fitting + tilt + seeds.odds[kept]
-    found = TriadCandidates(
+def _fit(problem: _Problem, index: int, model: TriadModel, triads: _InitialTriads) -> TriadCandidates:
+    """Return the triads that fit their five ball images and face the cameras, with their log-odds."""
+    p = problem.occlusion
+    origin, rotation = approximate_poses(model.coordinates_mm, triads.balls_mm)
+    facing = np.flatnonzero(tilt_log_odds(origin, rotation, problem.rig, problem.selection)[0])
+    order = np.argsort(triads.circle_distance_mm[facing], kind="stable")
+    kept = facing[order][: p.max_candidates]
+    left, right = triads.left[kept], triads.right[kept]
+    images = [triad_images(r, i) for r, i in zip(problem.features.rays, (left, right), strict=True)]
+    fit = adjust_poses(model.coordinates_mm, images, origin[kept], rotation[kept], p.adjustment)
+    still_facing, tilt_odds = tilt_log_odds(fit.position_mm, fit.rotation, problem.rig, problem.selection)
+    fits = fit.determined & (fit.chi2 <= chi2.isf(p.significance, _DOF))
+    fit_odds = -0.5 * fit.chi2 - 0.5 * _DOF * np.log(2 * np.pi) + log_gate_volume(_DOF, p.significance)
+    candidates = TriadCandidates(
         np.full(len(kept), index, dtype=np.intp),
         fit.position_mm,
         fit.rotation,
-        log_odds,
-        padded(left),
-        padded(right),
+        fit_odds + tilt_odds + triads.log_odds[kept],
+        pad_features(left),
+        pad_features(right),
     )
-    return found.take(good)
+    return candidates.take(still_facing & fits)

@@ -1,4 +1,4 @@
-"""Position and full orientation of a triad from its three balls; NumPy only."""
+"""Poses of triads and what was measured of each: result types; NumPy only."""
 
 from __future__ import annotations
 
@@ -14,9 +14,16 @@ from spinewatch.arrays import Float
 class Ball:
     """One ball of a marker.
 
-    ``position_mm`` (3,) and ``covariance_mm2`` (3, 3) in object space: of its two rays, or of the marker's
-    pose when a view does not show it. Its images ``left_px`` and ``right_px`` (2,), None where hidden, and
-    the distance ``parallax_mm`` by which its two rays miss each other.
+    Attributes
+    ----------
+    position_mm
+        Centre, shape (3,), object space, mm: triangulated, or from the pose of the marker if an image does not show it.
+    covariance_mm2
+        Its covariance, shape (3, 3), mm^2.
+    left_px, right_px
+        Its images (u, v), shape (2,), px; None where hidden.
+    parallax_mm
+        Distance between its two rays, mm; None where it is hidden.
     """
 
     position_mm: Float
@@ -27,18 +34,38 @@ class Ball:
 
     @property
     def hidden_in(self) -> tuple[str, ...]:
-        """The views that do not show it."""
+        """Names of the images that do not show it."""
         sides = (("left", self.left_px), ("right", self.right_px))
         return tuple(side for side, image in sides if image is None)
 
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """A triad in object space.
+    """Position and orientation of a triad in object space.
 
-    ``position_mm`` (3,) of P; ``rotation`` (3, 3), whose columns are the triad's axes (x = MX to XX, z =
-    normal); ``covariance`` (6, 6) of the position in mm and of a small rotation vector about the OBJECT axes
-    in degrees, with ``R_true = Exp(dtheta) R``.
+    Attributes
+    ----------
+    position_mm
+        P, shape (3,), mm.
+    rotation
+        Rotation from marker to object axes, shape (3, 3); its columns are the axes of the triad: x from MX to XX, z the
+        normal.
+    covariance
+        Covariance of the position (mm) and of a small rotation vector about the OBJECT axes (degrees), shape (6, 6),
+        with ``R_true = Exp(dtheta) R``.
+
+    References
+    ----------
+    Thesis section 5.7 and fig. 5.7, which describe a triad by P and its normal only.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> pose = Pose(np.zeros(3), np.eye(3), np.diag([0.01, 0.01, 0.04, 1.0, 1.0, 0.25]))
+    >>> pose.angles_deg
+    array([90., 90.,  0.])
+    >>> pose.rotation_sd_deg
+    array([1. , 1. , 0.5])
     """
 
     position_mm: Float
@@ -47,32 +74,42 @@ class Pose:
 
     @property
     def normal(self) -> Float:
-        """Unit normal (3,), the thesis's orientation of a triad (fig. 5.7)."""
+        """Unit normal, shape (3,): the thesis's orientation of a triad (fig. 5.7)."""
         return self.rotation[:, 2]
 
     @property
     def angles_deg(self) -> Float:
-        """Angles (alpha, beta, gamma) of the normal with the object axes X, Y, Z, degrees."""
+        """Angles (alpha, beta, gamma) of the normal with the object axes X, Y, Z, shape (3,), degrees."""
         return np.degrees(np.arccos(np.clip(self.normal, -1, 1)))
 
     @property
     def position_sd_mm(self) -> Float:
-        """Standard deviations (3,) of the position along the object axes, mm."""
+        """Standard deviations of the position along the object axes, shape (3,), mm."""
         return np.sqrt(np.diag(self.covariance)[:3])
 
     @property
     def rotation_sd_deg(self) -> Float:
-        """Standard deviations (3,) of the rotation about the triad's own x, y and z axes, degrees."""
+        """Standard deviations of the rotation about the triad's own x, y and z axes, shape (3,), degrees."""
         return np.sqrt(np.diag(self.rotation.T @ self.covariance[3:, 3:] @ self.rotation))
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredTriad:
-    """A triad found in a stereo pair: the name of its model, its balls by name, and its pose.
+    """A triad that was found in a stereo pair.
 
-    ``error_mm`` is the distance-matrix error of eq. 5.17, of the balls that both views show; it finds gross
-    faults and says nothing of accuracy. ``pose`` is None when the balls seen do not determine it; then
-    ``reason`` says so, and ``balls`` are those that both views show.
+    Attributes
+    ----------
+    model
+        Name of its marker.
+    balls
+        Its balls by name; without a pose only those that both images show.
+    pose
+        Its pose; None if the visible balls do not determine it.
+    error_mm
+        Error of the distance matrix (eq. 5.17) of the balls that both images show, mm. It reveals gross errors and is
+        no measure of accuracy.
+    reason
+        Why there is no pose; None if there is one.
     """
 
     model: str
@@ -82,8 +119,8 @@ class MeasuredTriad:
     reason: str | None = None
 
     @property
-    def place_mm(self) -> Float:
-        """P (3,), or the middle of the balls that were seen when there is no pose."""
+    def position_mm(self) -> Float:
+        """P, or the mean of the balls that both images show if there is no pose, shape (3,), object space, mm."""
         if self.pose is not None:
             return self.pose.position_mm
         return np.asarray(np.mean([ball.position_mm for ball in self.balls.values()], axis=0))

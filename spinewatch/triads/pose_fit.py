@@ -1,14 +1,13 @@
-"""Measured triads of chosen features: balls, poses of greatest likelihood, and their covariances."""
+"""Measured triads of selected candidates: balls and maximum-likelihood poses with covariances."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-from spinewatch.arrays import Float, Int
+from spinewatch.arrays import Bool, Float, Int
 from spinewatch.camera import Rig
 from spinewatch.detection.features import Features
 from spinewatch.geometry.rays import Rays
@@ -17,142 +16,194 @@ from spinewatch.geometry.triangulation import Triangulation, triangulate
 from spinewatch.markers import TriadModel
 from spinewatch.matching.selection import HIDDEN, TriadCandidates
 from spinewatch.triads.pose import Ball, MeasuredTriad, Pose
-from spinewatch.triads.pose_adjustment import PoseAdjustment, TriadImages, adjust_poses
-from spinewatch.triads.twist import Tilt, average_over_turn
+from spinewatch.triads.pose_adjustment import (
+    PoseAdjustment,
+    PoseAdjustmentParameters,
+    TriadImages,
+    adjust_poses,
+    triad_images,
+)
+from spinewatch.triads.twist import TiltPrior, TwistParameters, average_over_twist
+
+NO_POSE = "the visible balls do not determine the pose"
 
 
 @dataclass(frozen=True)
 class PoseParameters:
-    """What is known of errors and poses.
+    """Error model and limits of poses.
 
-    ``common_sd_mrad`` is the pointing error that the balls of a triad share in one view, 0.09 px on the cart:
-    calibration, and light that comes from one side; averaging over the balls does not lessen it.
-    ``tilt_sd_deg`` of z against the direction of the cameras helps only where a ball is hidden, and a pose
-    that is less certain than ``max_rotation_sd_deg`` is none.
+    Attributes
+    ----------
+    common_sd_mrad
+        Standard deviation per axis of the pointing error that the balls of a triad share in an image, mrad (0.12 is
+        0.09 px on the cart): calibration, and light from one side. Averaging over the balls does not reduce it.
+    tilt_sd_deg
+        Prior standard deviation per axis of the tilt of a triad with a hidden ball, degrees.
+    max_rotation_sd_deg
+        Largest standard deviation of a rotation, degrees; a triad with a hidden ball whose rotation is less certain has
+        no pose.
+    adjustment
+        Adjustment of poses.
+    twist
+        Mean over the twist of triads of which both images show two balls.
     """
 
     common_sd_mrad: float = 0.12
     tilt_sd_deg: float = 18.0
     max_rotation_sd_deg: float = 15.0
-
-
-NO_POSE = "the balls that are seen do not determine the pose"
+    adjustment: PoseAdjustmentParameters = field(default_factory=PoseAdjustmentParameters)
+    twist: TwistParameters = field(default_factory=TwistParameters)
 
 
 def fit_poses(
     left: Features,
     right: Features,
     rig: Rig,
-    chosen: TriadCandidates,
+    candidates: TriadCandidates,
     models: Sequence[TriadModel],
     parameters: PoseParameters | None = None,
 ) -> tuple[MeasuredTriad, ...]:
-    """Return the triads whose balls are the chosen features, in their order.
+    """Return the measured triads of selected candidates.
 
-    The covariance of a feature is that of its own error. Where the balls seen leave a motion free, or nearly
-    so, the pose is None.
+    Parameters
+    ----------
+    left, right
+        Features of the two images, with the covariances of their own errors.
+    rig
+        The calibrated cameras.
+    candidates
+        Features of each triad, with an approximate pose.
+    models
+        The markers.
+    parameters
+        Error model and limits; the default ones if None.
+
+    Returns
+    -------
+    tuple of MeasuredTriad
+        The triads in the order of the candidates. The pose is None if the visible balls do not determine it.
+
+    References
+    ----------
+    Replaces the position and normal of thesis section 5.7, fig. 5.7.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from spinewatch.markers import FLAT_10_14_18 as model
+    >>> from spinewatch.simulation.rigs import large_rig
+    >>> rig, origin = large_rig(), np.array([[430.0, 390.0, 90.0]])
+    >>> left, right = (
+    ...     Features.with_sigma(camera.project(origin + model.coordinates_mm), np.ones(3), 0.1)
+    ...     for camera in (rig.left, rig.right)
+    ... )
+    >>> index = np.array([[0, 1, 2, HIDDEN]])
+    >>> one = TriadCandidates(np.zeros(1, dtype=int), origin + 1, np.eye(3)[None], np.zeros(1), index, index)
+    >>> (triad,) = fit_poses(left, right, rig, one, [model])
+    >>> triad.pose.position_mm.round(6)
+    array([430., 390.,  90.])
     """
     parameters = parameters or PoseParameters()
     rays = left.rays(rig.left), right.rays(rig.right)
-    measured: dict[int, MeasuredTriad] = {}
+    triads: dict[int, MeasuredTriad] = {}
     for index, model in enumerate(models):
-        where = np.flatnonzero(chosen.model == index)
-        if len(where):
-            part = chosen.take(where)
-            triads = _measure_one_model((left, right), rays, part, model, parameters)
-            measured.update(zip(where.tolist(), triads, strict=True))
-    return tuple(measured[i] for i in range(len(chosen)))
+        members = np.flatnonzero(candidates.model == index)
+        if len(members):
+            part = _fit_one_model((left, right), rays, candidates.take(members), model, parameters)
+            triads.update(zip(members.tolist(), part, strict=True))
+    return tuple(triads[i] for i in range(len(candidates)))
 
 
-def triad_view(rays: Rays, index: Int, common_sd_mrad: float = 0.0) -> TriadImages:
-    """Return the images of t triads whose n balls are the rays ``index`` (t, n), ``HIDDEN`` for none."""
-    seen = index != HIDDEN
-    safe = np.where(seen, index, 0)
-    weight = np.linalg.inv(rays.covariance_mm2)[safe] * seen[..., None, None]
-    common = rays.pinhole.focal_length_mm * common_sd_mrad / 1000
-    return TriadImages(rays.pinhole, rays.ideal_mm[safe], weight, common)
-
-
-def _measure_one_model(
+def _fit_one_model(
     features: tuple[Features, Features],
     rays: tuple[Rays, Rays],
-    chosen: TriadCandidates,
+    candidates: TriadCandidates,
     model: TriadModel,
     parameters: PoseParameters,
 ) -> list[MeasuredTriad]:
+    """Return the measured triads of candidates of one marker."""
     n = len(model.balls)
-    index = chosen.left[:, :n], chosen.right[:, :n]
-    views = [triad_view(r, i, parameters.common_sd_mrad) for r, i in zip(rays, index, strict=True)]
-    fit = adjust_poses(model.coordinates_mm, views, chosen.origin_mm, chosen.rotation)
-    both = (index[0] != HIDDEN) & (index[1] != HIDDEN)
-    found = triangulate([r.take(i[both]) for r, i in zip(rays, index, strict=True)])
-    place = np.full(both.shape, HIDDEN)
-    place[both] = np.arange(both.sum())
-    poses = [
-        fit.pose(t) if both[t].all() else _turned(model, views, fit, t, both[t], parameters)
-        for t in range(len(chosen))
-    ]
-    return [
-        _triad(features, (index[0][t], index[1][t]), found, place[t], poses[t], model)
-        for t in range(len(chosen))
-    ]
+    index = candidates.left[:, :n], candidates.right[:, :n]
+    images = [triad_images(r, i, parameters.common_sd_mrad) for r, i in zip(rays, index, strict=True)]
+    fit = adjust_poses(
+        model.coordinates_mm, images, candidates.origin_mm, candidates.rotation, parameters.adjustment
+    )
+    in_both = (index[0] != HIDDEN) & (index[1] != HIDDEN)
+    points = triangulate([r.take(i[in_both]) for r, i in zip(rays, index, strict=True)])
+    point = np.full(in_both.shape, HIDDEN)
+    point[in_both] = np.arange(in_both.sum())
+    triads = []
+    for t in range(len(candidates)):
+        pose = _pose(model, images, fit, t, in_both[t], parameters)
+        images_px = _images_px(features, (index[0][t], index[1][t]))
+        balls = _balls(model, images_px, points, point[t], pose)
+        error = float(np.linalg.norm(_known_distance_errors(points.position_mm, point[t], model)))
+        triads.append(MeasuredTriad(model.name, balls, pose, error, None if pose else NO_POSE))
+    return triads
 
 
-def _turned(
+def _pose(
     model: TriadModel,
-    views: Sequence[TriadImages],
+    images: Sequence[TriadImages],
     fit: PoseAdjustment,
     t: int,
-    both: NDArray[np.bool_],
+    in_both: Bool,
     parameters: PoseParameters,
 ) -> Pose | None:
-    """Return the pose of a marker with hidden balls, None where it is not determined."""
+    """Return the pose of a triad whose balls (n,) are in both images or not; None if it is not determined."""
+    if in_both.all():
+        return fit.pose(t)
     if not fit.determined[t]:
         return None
     pose = fit.pose(t)
-    if both.sum() == 2 and len(both) == 3:
-        a, b = (int(i) for i in np.flatnonzero(both))
-        towards = np.mean([view.pinhole.centre_mm for view in views], axis=0) - pose.position_mm
-        one = [
-            TriadImages(v.pinhole, v.ideal_mm[t : t + 1], v.weight[t : t + 1], v.common_sd_mm) for v in views
-        ]
-        pose = average_over_turn(
-            model.coordinates_mm, one, pose, (a, b), Tilt(towards, parameters.tilt_sd_deg)
-        )
+    if in_both.sum() == 2 and len(in_both) == 3:
+        a, b = (int(i) for i in np.flatnonzero(in_both))
+        towards = np.mean([image.pinhole.centre_mm for image in images], axis=0) - pose.position_mm
+        tilt = TiltPrior(towards, parameters.tilt_sd_deg)
+        one = [image.repeat(t, 1) for image in images]
+        pose = average_over_twist(model.coordinates_mm, one, pose, (a, b), tilt, parameters.twist)
     return pose if pose.rotation_sd_deg.max() <= parameters.max_rotation_sd_deg else None
 
 
-def _triad(
-    features: tuple[Features, Features],
-    index: tuple[Int, Int],
-    found: Triangulation,
-    place: Int,
-    pose: Pose | None,
+def _images_px(
+    features: tuple[Features, Features], index: tuple[Int, Int]
+) -> list[tuple[Float | None, Float | None]]:
+    """Return the left and right image (2,) of each ball from the indices (n,) of its features; None where hidden."""
+    left, right = (
+        [None if i == HIDDEN else side.xy_px[i] for i in indices]
+        for side, indices in zip(features, index, strict=True)
+    )
+    return list(zip(left, right, strict=True))
+
+
+def _balls(
     model: TriadModel,
-) -> MeasuredTriad:
+    images_px: Sequence[tuple[Float | None, Float | None]],
+    points: Triangulation,
+    point: Int,
+    pose: Pose | None,
+) -> dict[str, Ball]:
+    """Return the balls that are triangulated, indices (n,) into the points, or that follow from the pose."""
     balls: dict[str, Ball] = {}
-    for b, name in enumerate(model.balls):
-        images = [
-            None if i[b] == HIDDEN else side.xy_px[i[b]] for side, i in zip(features, index, strict=True)
-        ]
-        if place[b] != HIDDEN:
-            k = place[b]
-            position, S, parallax = found.position_mm[k], found.covariance_mm2[k], float(found.parallax_mm[k])
-            balls[name] = Ball(position, S, images[0], images[1], parallax)
+    for b, (name, (left_px, right_px)) in enumerate(zip(model.balls, images_px, strict=True)):
+        if point[b] != HIDDEN:
+            k = point[b]
+            parallax = float(points.parallax_mm[k])
+            balls[name] = Ball(points.position_mm[k], points.covariance_mm2[k], left_px, right_px, parallax)
         elif pose is not None:
-            balls[name] = Ball(*_carried(model.coordinates_mm[b], pose), images[0], images[1], None)
-    error = float(np.linalg.norm(_known_errors(found.position_mm, place, model)))
-    return MeasuredTriad(model.name, balls, pose, error, None if pose else NO_POSE)
+            balls[name] = Ball(*_ball_of_pose(model.coordinates_mm[b], pose), left_px, right_px, None)
+    return balls
 
 
-def _carried(model_mm: Float, pose: Pose) -> tuple[Float, Float]:
-    """Return position (3,) and covariance (3, 3) of a ball that is known from the marker's pose."""
+def _ball_of_pose(model_mm: Float, pose: Pose) -> tuple[Float, Float]:
+    """Return position (3,) and covariance (3, 3) of a ball (3,) of the marker that follow from its pose."""
     arm = pose.rotation @ model_mm
     J = np.concatenate([np.eye(3), -cross_matrix(arm) * np.radians(1.0)], axis=1)
     return pose.position_mm + arm, J @ pose.covariance @ J.T
 
 
-def _known_errors(positions: Float, place: Int, model: TriadModel) -> Float:
-    known = np.all(place[model.pairs] != HIDDEN, axis=1)
-    a, b = positions[place[model.pairs[known]].T]
+def _known_distance_errors(position_mm: Float, point: Int, model: TriadModel) -> Float:
+    """Return the distance errors (k,) between balls that are triangulated, indices (n,) into positions (m, 3)."""
+    known = np.all(point[model.pairs] != HIDDEN, axis=1)
+    a, b = position_mm[point[model.pairs[known]].T]
     return np.asarray(np.linalg.norm(a - b, axis=1) - model.distances_mm[known])

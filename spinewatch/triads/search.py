@@ -1,4 +1,4 @@
-"""From the features of a stereo pair to measured triads: MATCH-POINT in one call."""
+"""The search for triads: from the features of a stereo pair to measured triads, MATCH-POINT in one call."""
 
 from __future__ import annotations
 
@@ -6,51 +6,72 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from spinewatch.arrays import Int
+from spinewatch.arrays import Int, Pixels
 from spinewatch.camera import Rig
 from spinewatch.detection.features import Features
 from spinewatch.flags import Flag
-from spinewatch.geometry.rays import Rays
 from spinewatch.markers import FLAT_10_14_18, TriadModel
 from spinewatch.matching.identification import IdentificationParameters, Triplets, identify_triads
-from spinewatch.matching.points import MatcherParameters, Points, match_features
+from spinewatch.matching.points import MatchingParameters, Points, match_features
 from spinewatch.matching.selection import (
     HIDDEN,
     SelectionParameters,
     SpineAxis,
     TriadCandidates,
+    rate_candidates,
     select_triads,
-    weigh_candidates,
 )
-from spinewatch.triads.occlusion import OcclusionParameters, occluded_candidates
+from spinewatch.triads.occlusion import FreeFeatures, OcclusionParameters, occluded_candidates
 from spinewatch.triads.pose import MeasuredTriad
 from spinewatch.triads.pose_fit import PoseParameters, fit_poses
-
-_CERTAIN = 1e4  # log-odds of a triad that was chosen already
 
 
 @dataclass(frozen=True)
 class SearchParameters:
-    """Parameters of the whole search, one set a step."""
+    """Parameters of the search, one set per step.
 
-    matcher: MatcherParameters = field(default_factory=MatcherParameters)
-    identify: IdentificationParameters = field(default_factory=IdentificationParameters)
-    choose: SelectionParameters = field(default_factory=SelectionParameters)
+    Attributes
+    ----------
+    matching
+        From features to points.
+    identification
+        From points to tuples that fit a marker.
+    selection
+        From tuples to the chain of triads.
+    occlusion
+        Triads with a hidden ball.
+    pose
+        Poses of the selected triads.
+    """
+
+    matching: MatchingParameters = field(default_factory=MatchingParameters)
+    identification: IdentificationParameters = field(default_factory=IdentificationParameters)
+    selection: SelectionParameters = field(default_factory=SelectionParameters)
     occlusion: OcclusionParameters = field(default_factory=OcclusionParameters)
-    measure: PoseParameters = field(default_factory=PoseParameters)
+    pose: PoseParameters = field(default_factory=PoseParameters)
 
 
 @dataclass(frozen=True, eq=False)
 class TriadSearch:
-    """The triads of a stereo pair in order along the spine axis, with what led to them.
+    """The triads of a stereo pair, with the intermediate results that led to them.
 
-    ``chosen`` are the triads' features, ``triplets`` those of each model.
+    Attributes
+    ----------
+    triads
+        Measured triads in order along the spine axis.
+    selected
+        Their features and approximate poses, in the same order.
+    points
+        All triangulated points.
+    triplets
+        Tuples of points that fit each marker.
+    flags
+        Doubts about the result.
     """
 
     triads: tuple[MeasuredTriad, ...]
-    chosen: TriadCandidates
+    selected: TriadCandidates
     points: Points
     triplets: tuple[Triplets, ...]
     flags: tuple[Flag, ...]
@@ -64,73 +85,128 @@ def match_triads(
     *,
     expected: int | None = None,
     axis: SpineAxis = "auto",
-    images: tuple[NDArray[np.generic], NDArray[np.generic]] | None = None,
+    images: tuple[Pixels, Pixels] | None = None,
     models: Sequence[TriadModel] = (FLAT_10_14_18,),
 ) -> TriadSearch:
-    """Return the triads that the features of a stereo pair show, never more than ``expected``.
+    """Return the triads that the features of a stereo pair show.
 
-    Triads in full view are chosen first. Where some are missing, or their number is unknown, triads with a
-    hidden ball are sought among the features left over and flagged "ball-occluded". Fewer than expected are
-    flagged "triad-count-low" (H5), never filled up by doubtful ones. ``models`` are the markers in use.
-    ``images`` serve structural refinement only. Raises ``ParameterError`` when the range cannot be derived
-    from the rig.
+    Triads in full view are selected first. If some are missing, or their number is not known, triads with a hidden ball
+    are searched for among the remaining features. Doubtful triads are never added to reach the expected number.
+
+    Parameters
+    ----------
+    left, right
+        Features of the two images.
+    rig
+        The calibrated cameras.
+    parameters
+        Parameters of the steps.
+    expected
+        Number of triads placed, which is never exceeded; None if it is not known.
+    axis
+        Object axis along which the spine extends.
+    images
+        Left and right gray image, shape (H, W), for structural refinement only.
+    models
+        Markers in use.
+
+    Returns
+    -------
+    TriadSearch
+        The triads, flagged "ball-occluded" where a ball is hidden, "triad-incomplete" without a pose, and
+        "triad-count-low" if there are fewer than expected (H5).
+
+    Raises
+    ------
+    ParameterError
+        If the range is not given and the optical axes do not meet in front of the cameras.
+
+    References
+    ----------
+    Thesis chapter 5.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from spinewatch.simulation.observations import FeatureNoise, observe
+    >>> from spinewatch.simulation.rigs import large_rig
+    >>> from spinewatch.simulation.spines import random_spine
+    >>> rng, rig = np.random.default_rng(1), large_rig()
+    >>> observed = observe(rig, random_spine(rng, 4), rng, FeatureNoise(0.1, false_features=20))
+    >>> search = match_triads(observed.left, observed.right, rig, SearchParameters(), expected=4)
+    >>> len(search.triads), search.flags
+    (4, ())
     """
-    points = match_features(left, right, rig, parameters.matcher, images)
-    triplets = tuple(identify_triads(points, model, parameters.identify) for model in models)
-    pool = weigh_candidates(triplets, points, models, rig, parameters.choose, expected)
-    chosen = pool.take(select_triads(pool, points, parameters.choose, expected=expected, axis=axis))
-    if parameters.occlusion.enabled and (expected is None or len(chosen) < expected):
-        extra = parameters.occlusion.extra_sd_mrad
-        rays = (
-            left.rays(rig.left, extra),
-            right.rays(rig.right, extra),
+    p = parameters
+    ball_diameter = max(model.ball_diameter_mm for model in models)
+    points = match_features(left, right, rig, ball_diameter, p.matching, images)
+    triplets = tuple(identify_triads(points, model, p.identification) for model in models)
+    candidates = rate_candidates(triplets, points, models, rig, p.selection, expected)
+    selected = candidates.take(select_triads(candidates, points, p.selection, expected=expected, axis=axis))
+    if p.occlusion.enabled and (expected is None or len(selected) < expected):
+        features = _free_features(left, right, rig, points, selected, p.occlusion.extra_sd_mrad)
+        missing = None if expected is None else expected - len(selected)
+        occluded = occluded_candidates(
+            features, rig, models, p.identification, p.selection, p.occlusion, missing
         )
-        missing = None if expected is None else expected - len(chosen)
-        others = _left_over(chosen, points, rays, rig, models, parameters, missing)
-        sure = replace(chosen, log_odds=np.full(len(chosen), _CERTAIN))
-        pool = TriadCandidates.joined([sure, others])
-        chosen = pool.take(select_triads(pool, points, parameters.choose, expected=expected, axis=axis))
-    triads = fit_poses(left, right, rig, chosen, models, parameters.measure)
+        best = np.argsort(-occluded.log_odds, kind="stable")[: p.selection.max_candidates]
+        certain = replace(selected, log_odds=np.full(len(selected), p.occlusion.selected_log_odds))
+        candidates = TriadCandidates.concatenate([certain, occluded.take(best)])
+        selected = candidates.take(
+            select_triads(candidates, points, p.selection, expected=expected, axis=axis)
+        )
+    triads = fit_poses(left, right, rig, selected, models, p.pose)
     flags = (*_occlusion_flags(triads), *_pose_flags(triads), *_count_flags(triads, expected))
-    return TriadSearch(triads, chosen, points, triplets, flags)
+    return TriadSearch(triads, selected, points, triplets, flags)
 
 
 def ball_images(search: TriadSearch, left: Features, right: Features) -> tuple[Features, Features]:
-    """Return the left and right features of the balls that both views show, one pair a ball."""
-    i = np.concatenate([search.chosen.left.ravel(), search.chosen.right.ravel()]).reshape(2, -1)
+    """Return the features of the balls that both images show.
+
+    Parameters
+    ----------
+    search
+        Result of the search.
+    left, right
+        The features that were searched.
+
+    Returns
+    -------
+    left, right : Features
+        One left and one right feature per ball, in the same order.
+    """
+    i = np.concatenate([search.selected.left.ravel(), search.selected.right.ravel()]).reshape(2, -1)
     i = i[:, np.all(i != HIDDEN, axis=0)]
     return left.take(i[0]), right.take(i[1])
 
 
-def _left_over(
-    chosen: TriadCandidates,
-    points: Points,
-    rays: tuple[Rays, Rays],
+def _free_features(
+    left: Features,
+    right: Features,
     rig: Rig,
-    models: Sequence[TriadModel],
-    parameters: SearchParameters,
-    missing: int | None,
-) -> TriadCandidates:
-    """Return triads that are not in full view, of features that the chosen ones do not use."""
-    free = _unused(len(rays[0]), chosen.left), _unused(len(rays[1]), chosen.right)
+    points: Points,
+    selected: TriadCandidates,
+    extra_sd_mrad: float,
+) -> FreeFeatures:
+    """Return the features that the selected triads do not use."""
+    rays = left.rays(rig.left, extra_sd_mrad), right.rays(rig.right, extra_sd_mrad)
+    free = _unused(len(left), selected.left), _unused(len(right), selected.right)
     usable = np.isin(points.left_index, free[0]) & np.isin(points.right_index, free[1])
-    found = occluded_candidates(
-        points.take(usable), rays, free, rig, models, parameters.choose, parameters.occlusion, missing
-    )
-    best = np.argsort(-found.log_odds, kind="stable")[: parameters.choose.max_candidates]
-    return found.take(best)
+    return FreeFeatures(points.take(usable), rays, free)
 
 
 def _unused(count: int, used: Int) -> Int:
+    """Return the indices below ``count`` that are not used."""
     return np.setdiff1d(np.arange(count), used)
 
 
 def _occlusion_flags(triads: Sequence[MeasuredTriad]) -> tuple[Flag, ...]:
+    """Return a flag for each hidden ball of a triad with a pose."""
     return tuple(
         Flag(
             "ball-occluded",
-            f"triad {number} along the spine: ball {name} is not seen in the {' and '.join(ball.hidden_in)}"
-            " view; its pose is less certain",
+            f"triad {number} along the spine: ball {name} is hidden in the {' and '.join(ball.hidden_in)} image; the"
+            " deviations of the pose are larger",
         )
         for number, triad in enumerate(triads, start=1)
         for name, ball in triad.balls.items()
@@ -139,6 +215,7 @@ def _occlusion_flags(triads: Sequence[MeasuredTriad]) -> tuple[Flag, ...]:
 
 
 def _pose_flags(triads: Sequence[MeasuredTriad]) -> tuple[Flag, ...]:
+    """Return a flag for each triad without a pose."""
     return tuple(
         Flag("triad-incomplete", f"triad {number} along the spine has no pose: {triad.reason}")
         for number, triad in enumerate(triads, start=1)
@@ -147,6 +224,7 @@ def _pose_flags(triads: Sequence[MeasuredTriad]) -> tuple[Flag, ...]:
 
 
 def _count_flags(triads: Sequence[MeasuredTriad], expected: int | None) -> tuple[Flag, ...]:
+    """Return a flag if fewer triads than expected have a pose."""
     found = sum(triad.pose is not None for triad in triads)
     if expected is None or found == expected:
         return ()

@@ -1,4 +1,4 @@
-"""The detection benchmark's own figures, on made-up detectors and errors whose score is known."""
+"""The detection benchmark's own figures, on simulated detectors and errors of known score."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 
 from bench import detection
 from bench.balls import BallScene, find_ball_scenes
-from bench.contenders import ChainCandidates, Contender, find_balls
+from bench.contenders import Contender, Positions, find_balls
 from bench.detection_cost import SIZES, enlarge
 from bench.detection_scoring import BallErrors, FoundScene, centre_errors, centres, nearest, score
 from bench.peers_detection import PEERS, Detector
@@ -28,8 +28,8 @@ def scenes() -> list[BallScene]:
 def test_a_detector_is_scored_by_its_list(scenes: list[BallScene]) -> None:
     nowhere = np.full((15, 2), -100.0)
 
-    def shifted(scene: BallScene, budget: int) -> ChainCandidates:
-        left, right = (np.concatenate([nowhere, v.centres_px[v.seen] + SHIFT]) for v in scene.views)
+    def shifted(scene: BallScene, budget: int) -> Positions:
+        left, right = (np.concatenate([nowhere, v.centres_px[v.visible] + SHIFT]) for v in scene.views)
         return left, right
 
     found = score(Contender(shifted), scenes)
@@ -39,25 +39,25 @@ def test_a_detector_is_scored_by_its_list(scenes: list[BallScene]) -> None:
 
 
 def test_unranked_detectors_run_for_every_budget(scenes: list[BallScene]) -> None:
-    asked: list[int] = []
+    budgets: list[int] = []
 
-    def none_at_twenty(scene: BallScene, budget: int) -> ChainCandidates:
-        asked.append(budget)
+    def none_at_twenty(scene: BallScene, budget: int) -> Positions:
+        budgets.append(budget)
         left, right = (v.centres_px if budget > 20 else np.empty((0, 2)) for v in scene.views)
         return left, right
 
     found = score(Contender(none_at_twenty, ranked=False), scenes[:1])
-    assert set(asked) == {20, 40, 60, 100}
+    assert set(budgets) == {20, 40, 60, 100}
     assert found.recall == (0, 1, 1, 1)
 
 
-def test_nothing_is_infinitely_far() -> None:
+def test_without_features_offsets_are_infinite() -> None:
     offset, index = nearest(np.zeros((2, 2)), np.empty((0, 2)))
     assert np.isinf(offset).all()
     assert index.tolist() == [0, 0]
 
 
-def test_honest_centres_have_a_chi_square_of_one() -> None:
+def test_centres_with_correct_deviations_have_a_chi_square_of_one() -> None:
     rng = np.random.default_rng(0)
     n = 20_000
     sd = np.full((n, 2), 0.1)

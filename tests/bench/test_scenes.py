@@ -1,4 +1,4 @@
-"""The benchmark's own figures, on made-up measurements whose score is known."""
+"""Figures of the benchmark on constructed measurements whose scores are known."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ import numpy as np
 import pytest
 
 from bench import accuracy, scenes, speed
-from bench.scoring import honesty, score_motion, score_stage, summary
-from bench.truth import SIDES, Scene, TrueTriad, find_scenes, read_surgery
+from bench.scoring import score_motion, score_stage, summary, uncertainty_scores
+from bench.truth import Scene, TrueTriad, find_scenes, read_surgery
 from spinewatch.detection.candidates.search import Detection
 from spinewatch.detection.candidates.surgical_field import SurgicalField
 from spinewatch.detection.features import Features
 from spinewatch.geometry.rotations import rotation_from_vector
 from spinewatch.imaging.exposure import Exposure
-from spinewatch.pipeline import StageMeasurement
+from spinewatch.imaging.frame import SIDES
+from spinewatch.pipeline import Parameters, StageMeasurement
 from spinewatch.triads.labels import LabelledTriad
 from spinewatch.triads.pose import Ball, MeasuredTriad, Pose
 from tests.paths import SAMPLES
@@ -31,25 +32,25 @@ def sample(stage: str) -> Scene:
 
 
 def measured(
-    truth: TrueTriad, shift_mm: float = 0, turn_deg: float = 0, label: str | None = ""
+    truth: TrueTriad, shift_mm: float = 0, rotation_deg: float = 0, label: str | None = ""
 ) -> LabelledTriad:
     balls = {
         name: Ball(np.zeros(3), np.eye(3), views["left"], views["right"], 0.0)
         for name, views in truth.centre_px.items()
     }
-    turn = rotation_from_vector(np.radians([0.0, 0.0, turn_deg]))
-    pose = Pose(truth.position_mm + np.array([shift_mm, 0, 0]), turn @ truth.rotation, EYE)
+    rotation = rotation_from_vector(np.radians([0.0, 0.0, rotation_deg]))
+    pose = Pose(truth.position_mm + np.array([shift_mm, 0, 0]), rotation @ truth.rotation, EYE)
     name = truth.vertebra if label == "" else label
     return LabelledTriad(name, None, MeasuredTriad("flat", balls, pose, 0.1))
 
 
 def stage(scene: Scene, triads: Sequence[LabelledTriad]) -> StageMeasurement:
     def view(side: str) -> Detection:
-        centres = [triad.centre_px[ball][side] for triad in scene.triads for ball in triad.seen[side]]
+        centres = [triad.centre_px[ball][side] for triad in scene.triads for ball in triad.visible_in[side]]
         features = Features.with_sigma(np.array(centres)[1:], np.ones(len(centres) - 1), 0.1)
         return Detection(features, SurgicalField(0, 0, 568, 416), Exposure.NORMAL, ())
 
-    return StageMeasurement(view("left"), view("right"), tuple(triads), ())
+    return StageMeasurement(view("left"), view("right"), tuple(triads), (), None, Parameters(), "test")
 
 
 def test_sample_truth_agrees_with_its_cameras() -> None:
@@ -70,7 +71,7 @@ def test_found_missed_mislabelled_and_false() -> None:
     triads = [measured(a), measured(b, shift_mm=3), measured(c, label=None), measured(far, label="T7")]
     score = score_stage(scene, stage(scene, triads), 12.0)
     assert [match.found for match in score.matches] == [True, False, False, False]
-    assert [match.labelled_right for match in score.matches] == [True, True, False, False]
+    assert [match.labelled_correctly for match in score.matches] == [True, True, False, False]
     assert score.false == 1
     figures = summary([score], [])
     assert (figures["found"], figures["visible"], figures["mislabelled"], figures["false"]) == (1, 4, 1, 1)
@@ -78,16 +79,16 @@ def test_found_missed_mislabelled_and_false() -> None:
     assert figures["ms_median"] == 12.0
 
 
-def test_errors_are_in_mm_and_degrees_and_weighed_by_the_covariance() -> None:
+def test_errors_are_in_mm_and_degrees_with_chi_squares_of_the_covariance() -> None:
     scene = sample("PRE")
     score = score_stage(
-        scene, stage(scene, [measured(t, shift_mm=0.2, turn_deg=2) for t in scene.triads]), 1.0
+        scene, stage(scene, [measured(t, shift_mm=0.2, rotation_deg=2) for t in scene.triads]), 1.0
     )
     figures = summary([score], [])
     assert figures["P_rms_mm"] == pytest.approx(0.2)
     assert figures["rot_rms_deg"] == pytest.approx(2)
     for match in score.matches:
-        assert match.surprise == pytest.approx((4.0, 4.0))
+        assert match.chi2 == pytest.approx((4.0, 4.0))
 
 
 def test_exact_poses_reproduce_the_true_motion() -> None:
@@ -103,9 +104,12 @@ def test_exact_poses_reproduce_the_true_motion() -> None:
     assert max(np.abs(motion.rotation_deg).max() for motion in motions) < 1e-6
 
 
-def test_honest_deviations_score_one() -> None:
+def test_correct_deviations_score_one() -> None:
     errors = np.random.default_rng(0).normal(size=(20_000, 3))
-    right, small = honesty((errors**2).sum(axis=1)), honesty((errors**2).sum(axis=1) * 4)
+    right, small = (
+        uncertainty_scores((errors**2).sum(axis=1)),
+        uncertainty_scores((errors**2).sum(axis=1) * 4),
+    )
     assert right["mean"] == pytest.approx(1, abs=0.03)
     assert right["median"] == pytest.approx(1, abs=0.03)
     assert right["within95_pct"] == pytest.approx(95, abs=1)
@@ -129,10 +133,11 @@ def test_scenes_without_truth_are_refused(tmp_path: Path) -> None:
     assert stop.value.code == 2
 
 
-def test_speed_prints_both_contenders(capsys: pytest.CaptureFixture[str]) -> None:
+def test_speed_prints_all_contenders(capsys: pytest.CaptureFixture[str]) -> None:
     assert speed.main(["--runs", "2"]) == 0
     out = capsys.readouterr().out
-    assert "the whole pipeline" in out
+    assert "one pair" in out
+    assert "prepared measurer" in out
     assert "masked matchTemplate" in out
 
 

@@ -1,4 +1,4 @@
-"""The selectivity study: where background is taken from, and what holds of its tables on the sample."""
+"""The selectivity study: the background patches, and properties of its tables on the sample."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tests.paths import SAMPLES
 
 
 @given(st.lists(st.tuples(st.floats(0, 567), st.floats(0, 415)), max_size=20))
-def test_background_lies_in_the_field_and_sees_no_ball(balls: list[tuple[float, float]]) -> None:
+def test_background_lies_in_the_field_away_from_balls(balls: list[tuple[float, float]]) -> None:
     field = SurgicalField(13, 40, 460, 331)
     centres = np.array(balls).reshape(-1, 2)
     for u, v in background(field, centres):

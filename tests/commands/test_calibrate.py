@@ -12,16 +12,16 @@ from tests.paths import SAMPLES
 C1 = SAMPLES / "calibration/C1"
 
 
-def pictures(*trials: str) -> list[str]:
+def images(*trials: str) -> list[str]:
     return [str(C1 / t / f"{side}.png") for t in trials for side in ("left", "right")]
 
 
-def test_pictures_become_a_rig_file_and_a_report(tmp_path: Path) -> None:
+def test_images_become_a_rig_file_and_a_report(tmp_path: Path) -> None:
     rig, report = tmp_path / "rig.json", tmp_path / "report.html"
     ran = CliRunner().invoke(
         cli,
         [
-            *("calibrate", *pictures("C", "A"), "--control-field", "pegboard-1995", "--verify", "1"),
+            *("calibrate", *images("C", "A"), "--control-field", "pegboard-1995", "--verify", "1"),
             *("--out", str(rig), "--report", str(report), "--name", "cart 1"),
         ],
     )
@@ -35,10 +35,11 @@ def test_pictures_become_a_rig_file_and_a_report(tmp_path: Path) -> None:
     assert "<script" not in html
     assert "Strong correlations" in html
     assert "depth of field" in html
+    assert "&amp;" not in html
 
 
 def test_a_field_that_is_not_there_is_named(tmp_path: Path) -> None:
-    ran = CliRunner().invoke(cli, ["calibrate", *pictures("C"), "--control-field", str(tmp_path / "no.csv")])
+    ran = CliRunner().invoke(cli, ["calibrate", *images("C"), "--control-field", str(tmp_path / "no.csv")])
     assert isinstance(ran.exception, SpinewatchError)
     assert "choose from pegboard-1995" in str(ran.exception)
 
@@ -54,25 +55,25 @@ def test_a_field_that_is_not_there_is_named(tmp_path: Path) -> None:
     ],
 )
 def test_an_option_that_means_nothing_is_named(options: list[str], word: str) -> None:
-    ran = CliRunner().invoke(cli, ["calibrate", *pictures("C"), "--control-field", "pegboard-1995", *options])
+    ran = CliRunner().invoke(cli, ["calibrate", *images("C"), "--control-field", "pegboard-1995", *options])
     assert isinstance(ran.exception, SpinewatchError)
     assert word in str(ran.exception)
 
 
 def test_a_shot_cannot_verify_itself() -> None:
     ran = CliRunner().invoke(
-        cli, ["calibrate", *pictures("C", "C"), "--control-field", "pegboard-1995", "--verify", "1"]
+        cli, ["calibrate", *images("C", "C"), "--control-field", "pegboard-1995", "--verify", "1"]
     )
     assert isinstance(ran.exception, SameImageError)
 
 
-def test_a_file_that_is_no_picture_is_named(tmp_path: Path) -> None:
-    left, right = pictures("C")
+def test_a_file_that_is_not_an_image_is_named(tmp_path: Path) -> None:
+    left, right = images("C")
     broken = tmp_path / "left.png"
     broken.write_bytes(Path(left).read_bytes()[:20_000])
     ran = CliRunner().invoke(cli, ["calibrate", str(broken), right, "--control-field", "pegboard-1995"])
     assert isinstance(ran.exception, ImageError)
-    assert "left picture of shot" in str(ran.exception)
+    assert "left image of shot" in str(ran.exception)
 
 
 def test_any_number_of_cameras_from_coordinates(tmp_path: Path) -> None:

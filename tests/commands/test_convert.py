@@ -1,9 +1,8 @@
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
 from commands.main import cli
 from spinewatch.camera import Rig
@@ -13,9 +12,8 @@ from tests.paths import SAMPLES
 RIG = SAMPLES / "D1/rig.json"
 
 
-def convert(*arguments: str) -> None:
-    ran = CliRunner().invoke(cli, ["convert", *arguments])
-    assert ran.exit_code == 0, ran.exception
+def convert(*arguments: object) -> Result:
+    return CliRunner().invoke(cli, ["convert", *map(str, arguments)])
 
 
 def pixels(rig: Rig) -> np.ndarray:
@@ -23,32 +21,33 @@ def pixels(rig: Rig) -> np.ndarray:
     return np.stack([rig.left.project(points), rig.right.project(points)])
 
 
-@pytest.mark.parametrize(("form", "within_px"), [("1995", 1e-6), ("opencv", 0.005), ("openptv", 0.1)])
-def test_a_rig_survives_the_way_out_and_back(form: str, within_px: float, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("rig_format", "within_px"), [("json", 0), ("1995", 1e-6), ("opencv", 0.005), ("openptv", 0.1)]
+)
+def test_round_trip_projects_alike(rig_format: str, within_px: float, tmp_path: Path) -> None:
     there, back = tmp_path / "there", tmp_path / "back.json"
-    if form == "openptv":
+    if rig_format == "openptv":
         there.mkdir()
-    convert(str(RIG), "--to", form, "--out", str(there))
-    convert(str(there), "--from", form, "--out", str(back), "--name", "again")
-    rig = parse_rig(back.read_text())
-    assert rig.name == "again"
-    assert np.abs(pixels(rig) - pixels(parse_rig(RIG.read_text()))).max() < within_px
-
-
-def test_what_cannot_be_read_is_named(tmp_path: Path) -> None:
-    out = ["--out", str(tmp_path / "out.json")]
-    broken = tmp_path / "broken.yml"
-    for text, field in (
-        ("no yaml", "FileStorage"),
-        ("%YAML:1.0\n---\nleft: 1\n", "left"),
-        (
-            "%YAML:1.0\n---\nleft:\n   image_width: 5\n   image_height: 4\n   camera_matrix: 3\n",
-            "camera_matrix",
-        ),
+    for ran in (
+        convert(RIG, "--to", rig_format, "--out", there),
+        convert(there, "--from", rig_format, "--out", back, "--name", "again"),
     ):
-        broken.write_text(text)
-        ran = CliRunner().invoke(cli, ["convert", str(broken), "--from", "opencv", *out])
-        assert field in str(ran.exception)
-    ran = CliRunner().invoke(cli, ["convert", str(RIG), "--to", "openptv", "--out", str(tmp_path / "none")])
-    assert "cannot write" in str(ran.exception)
-    assert json.loads(RIG.read_text())["left"]
+        assert ran.exit_code == 0, ran.exception
+    rig, original = (parse_rig(path.read_text()) for path in (back, RIG))
+    assert rig.name == (original.name if rig_format == "json" else "again")
+    assert np.abs(pixels(rig) - pixels(original)).max() <= within_px
+
+
+def test_the_error_of_the_fitted_distortion_is_printed(tmp_path: Path) -> None:
+    ran = convert(RIG, "--to", "opencv", "--out", tmp_path / "rig.yml")
+    error = float(ran.output.split()[-2])
+    assert 0 < error < 0.005
+
+
+def test_errors_name_the_file_or_field(tmp_path: Path) -> None:
+    broken = tmp_path / "broken.yml"
+    broken.write_text("%YAML:1.0\n---\nleft: 1\n")
+    ran = convert(broken, "--from", "opencv", "--out", tmp_path / "out.json")
+    assert "left" in str(ran.exception)
+    assert "cannot write" in str(convert(RIG, "--to", "openptv", "--out", tmp_path / "none").exception)
+    assert "cannot read" in str(convert(tmp_path / "none", "--out", tmp_path / "out.json").exception)

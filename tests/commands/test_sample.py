@@ -15,8 +15,6 @@ from pathlib import Path
 import httpx
 import pytest
 
-from commands.shared.local_service import free_port
-from commands.shared.surgery_tables import print_motion, print_triads
 from tests.paths import PROJECT
 
 SAMPLES = PROJECT / "samples"
@@ -38,15 +36,15 @@ def run(folder: Path, *options: object) -> subprocess.CompletedProcess[str]:
 
 @contextmanager
 def serving(folder: Path, *options: object) -> Iterator[str]:
-    """Run the sample without --exit and yield the address that it names; stop it in the end."""
+    """Run the sample without --exit; yield the URL of its service, and stop it at the end."""
     process = subprocess.Popen(command(folder, *options), stdout=subprocess.PIPE, text=True, cwd=PROJECT)
     assert process.stdout is not None
     with process:
         try:
             lines = (re.match(r"Serving at (\S+)", line) for line in process.stdout)
-            address = next((found[1] for found in lines if found), None)
-            assert address, "the sample ended without serving"
-            yield address
+            url = next((found[1] for found in lines if found), None)
+            assert url, "the sample ended without serving"
+            yield url
         finally:
             process.send_signal(signal.SIGTERM)
             process.wait(30)
@@ -92,11 +90,11 @@ def test_keeps_serving_beside_another_program_until_it_is_stopped(tmp_path: Path
 
 
 def broken_samples(folder: Path) -> Path:
-    """Return a copy of the samples in which one picture ends too early."""
+    """Return a copy of the samples in which one image is truncated."""
     samples = folder / "samples"
     shutil.copytree(SAMPLES, samples)
-    picture = samples / "D1" / "INTER" / "left.png"
-    picture.write_bytes(picture.read_bytes()[:80_000])
+    image = samples / "D1" / "INTER" / "left.png"
+    image.write_bytes(image.read_bytes()[:80_000])
     return samples
 
 
@@ -119,36 +117,3 @@ def test_service_that_cannot_start_says_why(tmp_path: Path) -> None:
     done = run(tmp_path, "--exit")
     assert done.returncode == 2
     assert "the service did not start" in done.stderr
-
-
-def test_free_port_skips_what_is_taken() -> None:
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
-        port = taken.getsockname()[1]
-        assert free_port(port) > port
-
-
-def test_tables_name_unlabelled_triads_and_missing_motion(capsys: pytest.CaptureFixture[str]) -> None:
-    triad = {
-        "label": None,
-        "position_mm": [1, 2, 3],
-        "position_sd_mm": [0.1, 0.2, 0.3],
-        "angles_deg": [90, 91, 5],
-        "rotation_sd_deg": [1, 2, 0.5],
-        "error_mm": 0.25,
-    }
-    print_triads({"PRE": {"frame": "object space of calibration c", "triads": [triad]}})
-    motion = {
-        "from": {"name": "PRE"},
-        "to": {"name": "POST"},
-        "frame": "reference triad L1",
-        "vertebrae": [],
-        "missing": [{"vertebra": "T9", "reason": "no triad is labelled T9 in POST"}],
-    }
-    print_motion(motion)
-    out = capsys.readouterr().out
-    assert re.search(
-        r"PRE\s+\?\s+1\.00±0\.10\s+2\.00±0\.20\s+3\.00±0\.30\s+90\.0\s+91\.0\s+5\.0\s+±2\.0\s+0\.25", out
-    )
-    assert "T9: no triad is labelled T9 in POST" in out

@@ -1,4 +1,4 @@
-"""A real service for black-box tests: server and workers as processes, record and bell in a folder."""
+"""A real service for black-box tests: server and workers as processes, database and queue in a folder."""
 
 from __future__ import annotations
 
@@ -56,11 +56,11 @@ def free_port() -> int:
 
 
 class Service:
-    """The server, and as many workers as a test starts; ``client`` talks to it."""
+    """The server and the workers that a test starts; ``client`` is an HTTP client of the server."""
 
     def __init__(self, folder: Path, **settings: str) -> None:
-        self.database = folder / "record.sqlite"
-        self.bell = folder / "record-bell.sqlite"
+        self.database = folder / "spinewatch.sqlite"
+        self.queue = folder / "spinewatch-queue.sqlite"
         self.log = folder / "log.txt"
         self.port = free_port()
         self.environment = {
@@ -152,7 +152,7 @@ class Service:
         return answer.headers["Location"].removeprefix("/v1/jobs/")
 
     def shoot(self, *shots: Pair, field: str | bytes = "pegboard-1995", **fields: str) -> httpx.Response:
-        """Send shots of a control field, a built-in one, CSV text, or a CSV file."""
+        """Submit shots of a control field: a built-in one, CSV text, or a CSV file."""
         parts: list[tuple[str, Any]] = [("left", ("left", left)) for left, _ in shots]
         parts += [("right", ("right", right)) for _, right in shots]
         data = {"name": "cart 1", **fields}
@@ -163,7 +163,7 @@ class Service:
         return self.client.post("/v1/calibrations/from-images", data=data, files=parts)
 
     def calibrated(self, *shots: Pair, **fields: Any) -> dict[str, Any]:
-        """Return the job of shots that were sent, once it has ended."""
+        """Submit shots and return their job when it has ended."""
         answer = self.shoot(*shots, **fields)
         assert answer.status_code == 202, answer.text
         return self.finished(answer.headers["Location"].removeprefix("/v1/jobs/"))
@@ -185,6 +185,12 @@ class Service:
         job: dict[str, Any] = wait_for(final, "the job to end")
         return job
 
+    def events(self, *subjects: str) -> list[str]:
+        """Return what happened to some subjects, as actor:subject:verb, in order."""
+        places = ", ".join("?" * len(subjects))
+        query = f"SELECT actor_kind || ':' || action FROM events WHERE subject_id IN ({places}) ORDER BY seq"  # noqa: S608
+        return [action for (action,) in self.sql(query, *subjects)]
+
     def sql(self, query: str, *values: Any) -> list[tuple[Any, ...]]:
         connection = sqlite3.connect(self.database, timeout=10)
         try:
@@ -193,12 +199,12 @@ class Service:
             connection.close()
 
     def write_locks_are_free(self) -> bool:
-        """Whether nobody holds the record's write lock or the bell's."""
-        return all(_write_lock_is_free(path) for path in (self.database, self.bell))
+        """Return whether no process holds the write lock of the database or of the queue."""
+        return all(_write_lock_is_free(path) for path in (self.database, self.queue))
 
 
 def stop(process: subprocess.Popen[bytes]) -> None:
-    """Stop a process (SIGSTOP) and wait until each of its threads stands still."""
+    """Stop a process (SIGSTOP) and wait until all of its threads are stopped."""
     os.kill(process.pid, signal.SIGSTOP)
     wait_for(lambda: _thread_states(process.pid) == {"T"}, "the process to stop", 0.001)
 
@@ -222,7 +228,7 @@ def _write_lock_is_free(database: Path) -> bool:
 
 
 def problem_of(answer: httpx.Response, status: int) -> dict[str, Any]:
-    """Return the problem in an answer after checking that it is one."""
+    """Return the problem document of a response after checking its form."""
     assert answer.status_code == status, answer.text
     assert answer.headers["content-type"] == "application/problem+json"
     document: dict[str, Any] = answer.json()

@@ -28,8 +28,8 @@ def no_worker_stays(service: Service) -> Iterator[None]:
 def stop_mid_job(service: Service, worker: Process, submit: Callable[[int], str]) -> str:
     """Submit jobs until the worker is stopped (SIGSTOP) with one in hand; return that job's id.
 
-    A worker that happens to be stopped while it writes would keep everybody from the record or the bell; it goes
-    on then.
+    A worker that is stopped while it writes would block the database or the queue for all others; it is then
+    continued.
     """
     for number in range(50):
         job = submit(number)
@@ -51,13 +51,10 @@ def shots(service: Service) -> Callable[[int], str]:
 
 
 def assert_calibrated_once(service: Service, job: str) -> None:
-    (request,) = service.sql("SELECT calibration_request_id FROM jobs WHERE id = ?", job)
+    ((request,),) = service.sql("SELECT subject_id FROM jobs WHERE id = ?", job)
     for table, key in (("calibrations", "id"), ("calibration_reports", "calibration_id")):
-        assert service.sql(f"SELECT count(*) FROM {table} WHERE {key} = ?", *request) == [(1,)]  # noqa: S608
-    happened = service.sql(
-        "SELECT action FROM changes WHERE subject_id IN (?, ?) ORDER BY seq", job, request[0]
-    )
-    assert [action for (action,) in happened] == [
+        assert service.sql(f"SELECT count(*) FROM {table} WHERE {key} = ?", request) == [(1,)]  # noqa: S608
+    assert service.events(job, request) == [
         "http:calibration:submitted",
         "worker:job:started",
         "worker:job:started",
@@ -66,16 +63,13 @@ def assert_calibrated_once(service: Service, job: str) -> None:
 
 
 def assert_measured_once(service: Service, job: str) -> None:
-    (stage,) = service.sql("SELECT stage_id FROM jobs WHERE id = ?", job)
+    ((stage,),) = service.sql("SELECT subject_id FROM jobs WHERE id = ?", job)
     counts = {
-        table: service.sql(f"SELECT count(*) FROM {table} WHERE stage_id = ?", *stage)[0][0]  # noqa: S608
+        table: service.sql(f"SELECT count(*) FROM {table} WHERE stage_id = ?", stage)[0][0]  # noqa: S608
         for table in ("measurements", "features", "triads")
     }
     assert counts == {"measurements": 1, "features": 2, "triads": 4}
-    happened = service.sql(
-        "SELECT action FROM changes WHERE subject_id IN (?, ?) ORDER BY seq", job, stage[0]
-    )
-    assert [action for (action,) in happened] == [
+    assert service.events(job, stage) == [
         "http:stage:submitted",
         "worker:job:started",
         "worker:job:started",
@@ -146,11 +140,11 @@ def test_a_cancelled_job_that_was_running_leaves_no_result(
     os.kill(worker.pid, signal.SIGCONT)
     wait_for(lambda: service.logged("lease_lost", job), "the worker to notice")
     assert service.job(job)["state"] == "cancelled"
-    (stage,) = service.sql("SELECT stage_id FROM jobs WHERE id = ?", job)
-    assert service.sql("SELECT count(*) FROM measurements WHERE stage_id = ?", *stage) == [(0,)]
+    ((stage,),) = service.sql("SELECT subject_id FROM jobs WHERE id = ?", job)
+    assert service.sql("SELECT count(*) FROM measurements WHERE stage_id = ?", stage) == [(0,)]
 
 
-def test_a_worker_told_to_stop_gives_its_job_back_or_ends_it(
+def test_a_terminated_worker_requeues_its_job_or_finishes_it(
     service: Service, surgery: str, calibration: str
 ) -> None:
     worker = service.start("worker")
@@ -164,10 +158,12 @@ def test_a_worker_told_to_stop_gives_its_job_back_or_ends_it(
     assert all(service.job(job)["attempts"] == 1 for job in jobs)
 
 
-def test_jobs_are_found_without_a_bell(service: Service, surgery: str, calibration: str) -> None:
+def test_jobs_missing_from_the_queue_are_enqueued_again(
+    service: Service, surgery: str, calibration: str
+) -> None:
     jobs = [service.submit(surgery, f"S{n}", pair("PRE"), calibration) for n in range(2)]
-    with sqlite3.connect(service.bell) as bell:
-        assert bell.execute("DELETE FROM task").rowcount == 2
-    bell.close()
+    with sqlite3.connect(service.queue) as queue:
+        assert queue.execute("DELETE FROM task").rowcount == 2
+    queue.close()
     service.start("worker")
     assert {service.finished(job)["state"] for job in jobs} == {"succeeded"}

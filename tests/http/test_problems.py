@@ -1,4 +1,4 @@
-"""Whatever is wrong with a request, the answer is a problem, and never the input."""
+"""Every invalid request is answered with a problem that does not repeat the input."""
 
 import json
 import socket
@@ -59,10 +59,11 @@ BAD_RIGS: list[tuple[Any, list[str | int]]] = [
     (with_(RIG, MARKER, "left", "focal_length_mm"), ["body", "left", "focal_length_mm"]),
     (with_(RIG, True, "left", "focal_length_mm"), ["body", "left", "focal_length_mm"]),
     (with_(RIG, [0, 0], "right", "position_mm"), ["body", "right", "position_mm"]),
-    (with_(RIG, [568.5, 416], "left", "image_size_px"), ["body", "left", "image_size_px", 0]),
+    (with_(RIG, [568.5, 416], "left", "image_size_px"), ["body", "left", "image_size_px"]),
     (with_(RIG, [0.01, -0.01], "left", "pixel_size_mm"), ["body", "left", "pixel_size_mm"]),
     (with_(RIG, RIG["left"]["position_mm"], "right", "position_mm"), ["body", "right", "position_mm"]),
     (with_(RIG, 1, "left", "unknown"), ["body", "left", "unknown"]),
+    (with_(RIG, 1, "left", f"<{MARKER}>"), ["body", "(unprintable)"]),
 ]
 
 
@@ -70,7 +71,7 @@ BAD_RIGS: list[tuple[Any, list[str | int]]] = [
     ("path", "body", "loc"),
     [("/v1/surgeries", *bad) for bad in BAD_SURGERIES] + [("/v1/calibrations", *bad) for bad in BAD_RIGS],
 )
-def test_a_bad_document_is_refused_by_the_field(
+def test_an_invalid_document_is_rejected_with_the_field(
     service: Service, path: str, body: Any, loc: list[str | int]
 ) -> None:
     answer = service.client.post(path, json=body)
@@ -145,7 +146,9 @@ def test_an_unknown_path(service: Service, path: str) -> None:
         ("HEAD", "/v1/jobs/x/cancel", "POST"),
     ],
 )
-def test_a_wrong_method_is_told_the_right_ones(service: Service, method: str, path: str, allow: str) -> None:
+def test_a_wrong_method_is_answered_with_the_allowed_ones(
+    service: Service, method: str, path: str, allow: str
+) -> None:
     answer = service.client.request(method, path)
     if method == "HEAD":
         assert (answer.status_code, answer.content) == (405, b"")
@@ -262,10 +265,10 @@ def test_an_unexpected_error_is_a_problem_and_is_logged(small: Service) -> None:
     assert small.logged("Traceback")
 
 
-def test_a_record_of_another_version_is_a_problem(small: Service) -> None:
+def test_a_database_of_another_version_is_a_problem(small: Service) -> None:
     change(small, "UPDATE alembic_version SET version_num = 'other'")
     try:
-        assert code_of(small.client.get("/v1/health"), 503) == "record-not-ready"
+        assert code_of(small.client.get("/v1/health"), 503) == "database-not-ready"
     finally:
         change(small, "UPDATE alembic_version SET version_num = ?", REVISION)
     assert small.ready()

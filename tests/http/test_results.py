@@ -1,4 +1,4 @@
-"""What a measured surgery answers."""
+"""Results of a measured surgery."""
 
 import hashlib
 import math
@@ -7,12 +7,11 @@ from datetime import datetime
 import numpy as np
 import pytest
 
+from spinewatch.detection.candidates.templates import default_template_set
 from tests.http.harness import SAMPLE, VERTEBRAE, Service, code_of, pair
 
 
-def test_a_stage_tells_its_counts_flags_and_pictures(
-    service: Service, measured: str, calibration: str
-) -> None:
+def test_a_stage_has_counts_flags_and_images(service: Service, measured: str, calibration: str) -> None:
     stage = service.client.get(f"/v1/surgeries/{measured}/stages/PRE").json()
     assert (stage["name"], stage["take"], stage["state"]) == ("PRE", 1, "succeeded")
     assert stage["calibration_id"] == calibration
@@ -55,6 +54,7 @@ def test_triads_come_labelled_in_order_with_their_uncertainty(service: Service, 
         assert set(triad["balls"]) == {"XX", "YY", "MX"}
         assert triad["label_reason"] is None
     assert answer["parameters"]["ball_diameter_mm"] == 8.0
+    assert answer["templates"] == default_template_set().version
 
 
 def test_features_are_in_the_field_best_first(service: Service, measured: str) -> None:

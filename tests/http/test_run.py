@@ -1,4 +1,4 @@
-"""``spinewatch run``: everything supervised; and commands that refuse to start."""
+"""``spinewatch run``, and commands that cannot start."""
 
 import json
 import os
@@ -21,7 +21,7 @@ COMMAND = [sys.executable, "-m", "commands"]
 def environment(folder: Path, **settings: str) -> dict[str, str]:
     return {
         **os.environ,
-        "SPINEWATCH_DATABASE_URL": f"sqlite:///{folder / 'new' / 'record.sqlite'}",
+        "SPINEWATCH_DATABASE_URL": f"sqlite:///{folder / 'new' / 'spinewatch.sqlite'}",
         **settings,
     }
 
@@ -127,7 +127,7 @@ def test_db_upgrade_makes_the_database_and_may_be_repeated(tmp_path: Path) -> No
             [*COMMAND, "db", "upgrade"], env=environment(tmp_path), capture_output=True, text=True, check=True
         )
         assert f"revision {REVISION}" in done.stdout
-    assert (tmp_path / "new" / "record.sqlite").exists()
+    assert (tmp_path / "new" / "spinewatch.sqlite").exists()
 
 
 def test_a_setting_that_makes_no_sense_is_named(tmp_path: Path) -> None:
@@ -135,6 +135,12 @@ def test_a_setting_that_makes_no_sense_is_named(tmp_path: Path) -> None:
     assert "SPINEWATCH_PORT" in said
     assert "many" not in said
     assert "SPINEWATCH_DATABASE_URL" in refusal("serve", folder=tmp_path, SPINEWATCH_DATABASE_URL="nonsense")
+
+
+def test_a_queue_that_cannot_be_used_is_named(tmp_path: Path) -> None:
+    subprocess.run([*COMMAND, "db", "upgrade"], env=environment(tmp_path), capture_output=True, check=True)
+    for command in ("serve", "worker"):
+        assert "SPINEWATCH_QUEUE_URL" in refusal(command, folder=tmp_path, SPINEWATCH_QUEUE_URL="amqp://host")
 
 
 def test_a_port_in_use_is_named(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Sending stereo pairs: all or nothing, takes, formats."""
+"""Submitting stereo pairs: all or nothing, takes, formats."""
 
 import io
 import struct
@@ -10,9 +10,9 @@ from PIL import Image
 
 from tests.http.harness import RIG, Pair, Service, code_of, pair, problem_of
 
-SEEN_WHOLE = """
+STORED = """
     SELECT (SELECT count(*) FROM stages), (SELECT count(*) FROM jobs),
-           (SELECT count(*) FROM images), (SELECT count(*) FROM changes)
+           (SELECT count(*) FROM images), (SELECT count(*) FROM events)
 """
 
 
@@ -65,12 +65,12 @@ def test_a_name_in_use_is_refused_and_nothing_is_stored(
 ) -> None:
     job = service.submit(surgery, "PRE", pair("PRE"), calibration)
     service.finished(job)
-    before = service.sql(SEEN_WHOLE)
+    before = service.sql(STORED)
     assert code_of(service.send(surgery, "PRE", pair("POST"), calibration), 409) == "stage-exists"
-    assert service.sql(SEEN_WHOLE) == before
+    assert service.sql(STORED) == before
 
 
-def test_the_same_pictures_are_kept_once(service: Service, surgery: str, calibration: str) -> None:
+def test_the_same_image_is_stored_once(service: Service, surgery: str, calibration: str) -> None:
     count = "SELECT count(*) FROM images"
     service.finished(service.submit(surgery, "A", pair("PRE"), calibration))
     before = service.sql(count)
@@ -108,7 +108,7 @@ def test_a_failed_stage_may_be_taken_again(service: Service, surgery: str, calib
         ("Sun raster", "image/x-sun-raster"),
     ],
 )
-def test_every_kind_of_picture_is_measured(
+def test_every_image_format_is_measured(
     service: Service, surgery: str, calibration: str, kind: str, media_type: str
 ) -> None:
     job = service.submit(surgery, "PRE", as_kind(pair("PRE"), kind), calibration)
@@ -156,9 +156,9 @@ def several_frames() -> bytes:
     return out.getvalue()
 
 
-BAD_PICTURES = {
+BAD_IMAGES = {
     "empty": b"",
-    "text": b"not a picture at all",
+    "text": b"not an image at all",
     "gif": b"GIF89a" + bytes(100),
     "bomb": png_header(60_000, 60_000),
     "several frames": several_frames(),
@@ -167,13 +167,13 @@ BAD_PICTURES = {
 
 
 @pytest.mark.parametrize("side", ["left", "right"])
-@pytest.mark.parametrize("bad", BAD_PICTURES)
-def test_a_bad_picture_is_refused_by_its_header(
+@pytest.mark.parametrize("bad", BAD_IMAGES)
+def test_a_bad_image_is_refused_by_its_header(
     service: Service, surgery: str, calibration: str, bad: str, side: str
 ) -> None:
     left, right = pair("PRE")
-    images = (BAD_PICTURES[bad], right) if side == "left" else (left, BAD_PICTURES[bad])
-    before = service.sql(SEEN_WHOLE)
+    images = (BAD_IMAGES[bad], right) if side == "left" else (left, BAD_IMAGES[bad])
+    before = service.sql(STORED)
     problem = problem_of(service.send(surgery, "PRE", images, calibration), 422)
     code = "image-size-mismatch" if bad == "other size" else "invalid-image"
     assert problem["type"].endswith(code)
@@ -181,7 +181,7 @@ def test_a_bad_picture_is_refused_by_its_header(
     if bad == "other size":
         assert "200 x 100" in problem["detail"]
         assert "568 x 416" in problem["detail"]
-    assert service.sql(SEEN_WHOLE) == before
+    assert service.sql(STORED) == before
 
 
 def test_left_and_right_must_differ(service: Service, surgery: str, calibration: str) -> None:
@@ -226,13 +226,13 @@ def test_parts_that_are_missing_or_unknown_are_named(
     left, right = pair("PRE")
     fields = {"name": "PRE", "calibration_id": calibration}
 
-    def doubts(fields: dict[str, str], files: dict[str, bytes]) -> list[str]:
+    def invalid_fields(fields: dict[str, str], files: dict[str, bytes]) -> list[str]:
         answer = service.client.post(url, data=fields, files=files)
         return [error["loc"][-1] for error in problem_of(answer, 422)["errors"]]
 
-    assert doubts(fields, {"left": left}) == ["right"]
-    assert doubts({}, {"left": left, "right": right}) == ["name", "calibration_id"]
-    assert doubts({**fields, "patient": "x"}, {"left": left, "right": right}) == ["patient"]
+    assert invalid_fields(fields, {"left": left}) == ["right"]
+    assert invalid_fields({}, {"left": left, "right": right}) == ["name", "calibration_id"]
+    assert invalid_fields({**fields, "patient": "x"}, {"left": left, "right": right}) == ["patient"]
 
 
 def test_another_rig_is_checked_against_its_own_size(service: Service, surgery: str) -> None:

@@ -33,16 +33,30 @@ def test_the_manual_has_no_setting_that_does_not_exist() -> None:
 
 
 def test_a_child_process_gets_the_same_settings(monkeypatch: pytest.MonkeyPatch) -> None:
-    settings = Settings(port=9000, lease_seconds=2.5, queue_path=Path("/tmp/x.sqlite"), log_format="json")  # noqa: S108
+    settings = Settings(
+        port=9000,
+        lease_seconds=2.5,
+        queue_url="redis://127.0.0.1:6379/0",
+        templates=Path("t.npz"),
+        log_format="json",
+    )
     for name, value in settings.environment().items():
         monkeypatch.setenv(name, value)
     assert Settings() == settings
 
 
-def test_the_bell_hangs_beside_the_database() -> None:
-    assert Settings(database_url="sqlite:////data/x.sqlite").queue_file == Path("/data/x-bell.sqlite")
-    assert Settings(queue_path=Path("b.sqlite")).queue_file == Path("b.sqlite")
-    assert Settings(database_url="postgresql://host/name").queue_file != Path()
+@pytest.mark.parametrize(
+    ("database", "queue"),
+    [
+        ("sqlite:////data/x.sqlite", "sqlite:////data/x-queue.sqlite"),
+        ("sqlite:///var/x.sqlite", "sqlite:///var/x-queue.sqlite"),
+        ("sqlite:///x", "sqlite:///x-queue.sqlite"),
+        ("postgresql+psycopg://host/name", "sqlite:///var/spinewatch-queue.sqlite"),
+    ],
+)
+def test_the_queue_is_beside_the_database(database: str, queue: str) -> None:
+    assert Settings(database_url=database).queue == queue
+    assert Settings(database_url=database, queue_url="redis://host").queue == "redis://host"
 
 
 def test_settings_do_not_change_and_are_checked() -> None:

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from spinewatch.errors import ParameterError
-from spinewatch.markers import FLAT_10_14_18, TriadModel, flat_triad, orthogonal_triad, scaled
+from spinewatch.markers import FLAT_10_14_18, MODELS, TriadModel, flat_triad, marker, orthogonal_triad, scaled
 from tests.paths import DATA
 
 TABLES = json.loads((DATA / "thesis_tables.json").read_text())
@@ -39,12 +39,12 @@ def test_sizes_scale_distances_only() -> None:
     assert flat_triad(20, 15, 12).name == "flat-12-15-20"
 
 
-def test_four_balls_have_a_hand_and_a_flat_marker_has_none() -> None:
+def test_four_balls_have_a_chirality_and_a_flat_marker_has_none() -> None:
     body = TriadModel("body", ("A", "B", "C", "D"), BODY, 8.0)
     turned = BODY @ Rotation.from_euler("xyz", [0.3, 1.0, -2.0]).as_matrix().T + 5
     assert body.chirality != 0
-    assert body.same_hand(np.stack([turned, -turned])).tolist() == [True, False]
-    assert FLAT_10_14_18.same_hand(turned[:3]).all()
+    assert body.matches_chirality(np.stack([turned, -turned])).tolist() == [True, False]
+    assert FLAT_10_14_18.matches_chirality(turned[:3]).all()
     part = body.without(3)
     assert part is not None
     assert part.balls == ("A", "B", "C")
@@ -53,7 +53,7 @@ def test_four_balls_have_a_hand_and_a_flat_marker_has_none() -> None:
 @pytest.mark.parametrize(
     ("balls", "coordinates", "message"),
     [
-        ("ABC", [[0, 0, 0], [10, 0, 0], [0, 10, 0]], "told apart"),
+        ("ABC", [[0, 0, 0], [10, 0, 0], [0, 10, 0]], "cannot be identified"),
         ("ABC", [[0, 0, 0], [10, 0, 0], [25, 0, 0]], "on a line"),
         ("AB", [[0, 0, 0], [10, 0, 0]], "three or four"),
         ("ABB", [[0, 0, 0], [10, 0, 0], [0, 15, 0]], "three or four"),
@@ -64,3 +64,10 @@ def test_markers_that_cannot_work_are_refused(
 ) -> None:
     with pytest.raises(ParameterError, match=message):
         TriadModel("bad", tuple(balls), np.array(coordinates, dtype=float), 8.0)
+
+
+def test_a_marker_is_looked_up_by_name() -> None:
+    assert marker("flat-10-14-18") is FLAT_10_14_18
+    assert all(marker(name).name == name for name in MODELS)
+    with pytest.raises(ParameterError, match="flat-10-14-18"):
+        marker("round")

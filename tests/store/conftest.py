@@ -8,9 +8,9 @@ from store.database import Database
 
 
 @pytest.fixture
-def record(tmp_path: Path) -> Iterator[Database]:
-    url = f"sqlite:///{tmp_path / 'record.sqlite'}"
+def database(tmp_path: Path) -> Iterator[Database]:
+    url = f"sqlite:///{tmp_path / 'database.sqlite'}"
     upgrade(url)
-    record = Database(url)
-    yield record
-    record.close()
+    database = Database(url)
+    yield database
+    database.close()

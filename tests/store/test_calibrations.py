@@ -1,4 +1,4 @@
-"""Calibrations from pictures in the record: one transaction at either end, and nothing changes afterwards."""
+"""Calibrations in the database: written in one transaction, and never changed afterwards."""
 
 from datetime import datetime, timedelta
 
@@ -6,89 +6,76 @@ import pytest
 from sqlalchemy import select, text
 from sqlalchemy.exc import IntegrityError
 
-from store import calibration_requests, calibrations, jobs, stages
+from contract.job import JobState
+from store import calibrations, jobs, stages
 from store.database import Database
-from store.errors import NotFoundError
-from store.events import Action
+from store.errors import NotFoundError, ReportNotFoundError
 from store.jobs import Lease
-from store.tables import Calibration, Change, Job, JobKind, JobState
-from tests.store.builders import NOON, RIG, at, new_request, new_stage, new_surgery, result, solved
-
-LEASE = timedelta(seconds=5)
-
-
-def claimed(record: Database, request: str) -> Lease:
-    with record.writing() as session:
-        job = session.scalars(select(Job.id).where(Job.calibration_request_id == request)).one()
-        lease = jobs.claim(session, job, NOON, LEASE, 3)
-    assert lease is not None
-    return lease
-
-
-def succeed(record: Database, lease: Lease) -> bool:
-    with record.writing() as session:
-        return jobs.succeed(session, lease, solved(), at(1))
+from store.tables import Calibration, Job
+from tests.store.builders import (
+    CLIENT,
+    NOON,
+    RIG,
+    at,
+    claimed,
+    new_request,
+    new_stage,
+    new_surgery,
+    succeed,
+)
 
 
-def test_a_request_becomes_a_calibration_of_the_same_identifier(record: Database) -> None:
-    request = new_request(record)
-    with record.reading() as session, pytest.raises(NotFoundError):
-        calibrations.get(session, request)
-    lease = claimed(record, request)
-    assert (lease.kind, lease.subject_id, lease.surgery_id) == (JobKind.CALIBRATION, request, None)
-    assert succeed(record, lease)
-    with record.reading() as session:
-        made = calibrations.get_with_report(session, request)
-        happened = session.scalars(
-            select(Change.action).where(Change.subject_id == request).order_by(Change.seq)
-        )
-        assert list(happened) == [Action.CALIBRATION_SUBMITTED, Action.CALIBRATION_SOLVED]
-    assert (made.name, made.calibrated_at, made.created_at) == ("cart 1", NOON, at(1))
-    assert made.report is not None
-    assert made.report.report == {"shots": [], "flags": []}
-    assert [shot.used for shot in made.report.request.shots] == [True, False]
+def claimed_request(database: Database, captured_at: datetime | None = None) -> Lease:
+    request = new_request(database, captured_at=captured_at)
+    with database.read() as session:
+        job = session.scalars(select(Job.id).where(Job.subject_id == request)).one()
+    return claimed(database, job)
 
 
-def test_the_time_of_the_shots_is_the_calibration_s(record: Database) -> None:
-    request = new_request(record, captured_at=at(-3600))
-    assert succeed(record, claimed(record, request))
-    with record.reading() as session:
-        assert calibrations.get(session, request).calibrated_at == at(-3600)
+def test_the_time_of_the_shots_is_the_calibration_s(database: Database) -> None:
+    lease = claimed_request(database, captured_at=at(-3600))
+    assert succeed(database, lease)
+    with database.read() as session:
+        assert calibrations.get(session, lease.subject_id).calibrated_at == at(-3600)
 
 
-def test_work_is_everything_that_was_asked_for_in_order(record: Database) -> None:
-    request = new_request(record, shots=3)
-    with record.reading() as session:
-        work = calibration_requests.work(session, request)
-    assert work.pairs == [(b"left %d" % n, b"right %d" % n) for n in range(3)]
-    assert (work.name, work.control_field, work.verify) == ("cart 1", "pegboard-1995", 1)
+def test_a_given_rig_has_no_report(database: Database) -> None:
+    with database.write() as session:
+        given = calibrations.add(session, RIG, NOON, CLIENT)
+    with database.read() as session:
+        row = calibrations.get_with_report(session, given.id)
+        with pytest.raises(ReportNotFoundError):
+            calibrations.report_of(row)
+        with pytest.raises(NotFoundError, match="calibration"):
+            calibrations.get(session, "none")
+        assert [row.id for row in calibrations.listed(session, 10, 0).items] == [given.id]
 
 
-def test_who_has_lost_the_lease_makes_no_calibration(record: Database) -> None:
-    request = new_request(record)
-    lease = claimed(record, request)
-    with record.writing() as session:
-        jobs.cancel(session, lease.job_id, NOON)
-    assert not succeed(record, lease)
-    with record.reading() as session:
-        assert session.scalars(select(Calibration)).all() == []
+def test_shots_count_from_one(database: Database) -> None:
+    lease = claimed_request(database)
+    succeed(database, lease)
+    with database.read() as session:
+        row = calibrations.get_with_report(session, lease.subject_id)
+    assert [calibrations.shot_of(row, number).used for number in (1, 2)] == [True, False]
+    with pytest.raises(NotFoundError, match="shot"):
+        calibrations.shot_of(row, 3)
 
 
-def test_a_calibration_that_cannot_be_written_leaves_its_job_running(record: Database) -> None:
-    lease = claimed(record, new_request(record))
-    with record.writing() as session:
+def test_a_calibration_that_cannot_be_written_leaves_its_job_running(database: Database) -> None:
+    lease = claimed_request(database)
+    with database.write() as session:
         session.execute(
             text(
                 "CREATE TRIGGER fault BEFORE INSERT ON calibration_reports BEGIN SELECT RAISE(ABORT, 'x'); END"
             )
         )
     with pytest.raises(IntegrityError):
-        succeed(record, lease)
-    with record.writing() as session:
+        succeed(database, lease)
+    with database.write() as session:
         assert jobs.get(session, lease.job_id).state is JobState.RUNNING
         assert session.scalars(select(Calibration)).all() == []
         session.execute(text("DROP TRIGGER fault"))
-    assert succeed(record, lease)
+    assert succeed(database, lease)
 
 
 @pytest.mark.parametrize(
@@ -105,9 +92,9 @@ def test_a_calibration_that_cannot_be_written_leaves_its_job_running(record: Dat
         "DELETE FROM calibration_requests",
     ],
 )
-def test_nobody_changes_or_deletes_a_calibration(record: Database, statement: str) -> None:
-    assert succeed(record, claimed(record, new_request(record)))
-    with pytest.raises(IntegrityError, match="never change"), record.writing() as session:
+def test_nobody_changes_or_deletes_a_calibration(database: Database, statement: str) -> None:
+    assert succeed(database, claimed_request(database))
+    with pytest.raises(IntegrityError, match="never change"), database.write() as session:
         session.execute(text(statement))
 
 
@@ -122,23 +109,11 @@ def test_nobody_changes_or_deletes_a_calibration(record: Database, statement: st
     ],
 )
 def test_the_age_of_a_calibration_counts_from_what_is_known(
-    record: Database, calibrated_at: datetime | None, captured_at: datetime | None, hours: float
+    database: Database, calibrated_at: datetime | None, captured_at: datetime | None, hours: float
 ) -> None:
-    with record.writing() as session:
-        calibration = calibrations.add(session, RIG, NOON, calibrated_at)
-    stage = new_stage(record, new_surgery(record), calibration=calibration.id, captured_at=captured_at)
+    with database.write() as session:
+        calibration = calibrations.add(session, RIG, NOON, CLIENT, calibrated_at)
+    stage = new_stage(database, new_surgery(database), calibration=calibration.id, captured_at=captured_at)
     assert calibrations.age(calibration, stage) == timedelta(hours=hours)
-    with record.reading() as session:
+    with database.read() as session:
         assert stages.work(session, stage.id).calibration_age == timedelta(hours=hours)
-
-
-def test_a_rig_check_is_kept_with_the_measurement(record: Database) -> None:
-    surgery = new_surgery(record)
-    job = new_stage(record, surgery).job.id
-    with record.writing() as session:
-        lease = jobs.claim(session, job, NOON, LEASE, 3)
-        assert lease is not None
-        jobs.succeed(session, lease, {**result(), "rig_check": {"balls": 12}}, NOON)
-    with record.reading() as session:
-        _, measured = stages.measurement(session, surgery, "PRE")
-    assert measured.rig_check == {"balls": 12}

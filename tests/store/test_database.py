@@ -1,5 +1,4 @@
 import threading
-from datetime import datetime
 from pathlib import Path
 
 import pytest
@@ -8,15 +7,14 @@ from sqlalchemy.exc import IntegrityError, StatementError
 from sqlalchemy.orm import Session
 
 from store import events
-from store.database import Database
+from store.database import Database, sqlite_path
 from store.errors import DatabaseNotReadyError
-from store.revision import require_revision
-from store.tables import Calibration, Change, Job, JobState, Stage
-from tests.store.builders import NOON, new_stage, new_surgery
+from store.tables import Calibration, Event, Measurement
+from tests.store.builders import CLIENT, NOON
 
 
-def test_sqlite_is_set_up_to_keep_what_it_was_given(record: Database) -> None:
-    with record.reading() as session:
+def test_sqlite_is_set_up_to_keep_what_is_committed(database: Database) -> None:
+    with database.read() as session:
         found = [
             session.scalar(text(f"PRAGMA {name}"))
             for name in ("journal_mode", "foreign_keys", "synchronous", "busy_timeout")
@@ -24,34 +22,37 @@ def test_sqlite_is_set_up_to_keep_what_it_was_given(record: Database) -> None:
     assert found == ["wal", 1, 2, 10_000]
 
 
-def test_foreign_keys_hold(record: Database) -> None:
-    with pytest.raises(IntegrityError), record.writing() as session:
-        session.add(Job(id="j", stage_id="none", state=JobState.QUEUED, rung_at=NOON, created_at=NOON))
+def test_foreign_keys_hold(database: Database) -> None:
+    with pytest.raises(IntegrityError), database.write() as session:
+        session.add(Measurement(stage_id="none", result={}, created_at=NOON))
 
 
-def test_an_error_leaves_nothing(record: Database) -> None:
+def append(session: Session, subject: str = "s") -> None:
+    events.append(session, NOON, CLIENT, events.Action.SURGERY_CREATED, subject)
+
+
+def test_an_error_leaves_nothing(database: Database) -> None:
     def break_off() -> None:
-        with record.writing() as session:
-            events.append(session, NOON, events.Action.SURGERY_CREATED, "s")
+        with database.write() as session:
+            append(session)
             session.flush()
             raise RuntimeError
 
     with pytest.raises(RuntimeError):
         break_off()
-    with record.reading() as session:
-        assert session.scalars(select(Change)).all() == []
+    with database.read() as session:
+        assert session.scalars(select(Event)).all() == []
 
 
 def count_up(session: Session) -> None:
     """Read, then write what depends on it."""
-    seen = len(session.scalars(select(Change.seq)).all())
-    events.append(session, NOON, events.Action.SURGERY_CREATED, str(seen))
+    append(session, str(len(session.scalars(select(Event.seq)).all())))
 
 
-def test_writers_that_read_first_take_turns(record: Database) -> None:
+def test_writers_that_read_first_take_turns(database: Database) -> None:
     def write() -> None:
         for _ in range(25):
-            with record.writing() as session:
+            with database.write() as session:
                 count_up(session)
 
     threads = [threading.Thread(target=write) for _ in range(4)]
@@ -59,56 +60,42 @@ def test_writers_that_read_first_take_turns(record: Database) -> None:
         thread.start()
     for thread in threads:
         thread.join()
-    with record.reading() as session:
-        assert session.scalars(select(Change.subject_id).order_by(Change.seq)).all() == [
+    with database.read() as session:
+        assert session.scalars(select(Event.subject_id).order_by(Event.seq)).all() == [
             str(n) for n in range(100)
         ]
 
 
-def test_a_reader_sees_one_state_while_others_write(record: Database) -> None:
-    count = select(Change.seq)
-    with record.reading() as reader:
-        before = reader.scalars(count).all()
-        with record.writing() as writer:
+def test_a_reader_sees_one_state_while_others_write(database: Database) -> None:
+    numbers = select(Event.seq)
+    with database.read() as reader:
+        before = reader.scalars(numbers).all()
+        with database.write() as writer:
             count_up(writer)
-        assert reader.scalars(count).all() == before
-    with record.reading() as reader:
-        assert len(reader.scalars(count).all()) == len(before) + 1
+        assert reader.scalars(numbers).all() == before
+    with database.read() as reader:
+        assert len(reader.scalars(numbers).all()) == len(before) + 1
 
 
-def test_times_come_back_aware_and_naive_ones_are_refused(record: Database) -> None:
-    stage = new_stage(record, new_surgery(record))
-    with record.reading() as session:
-        assert session.scalars(select(Stage.created_at)).all() == [NOON]
-    with pytest.raises(StatementError), record.writing() as session:
-        session.get_one(Stage, stage.id).captured_at = datetime(2026, 1, 1)
-
-
-def test_json_has_no_nan(record: Database) -> None:
-    with pytest.raises(StatementError), record.writing() as session:
+def test_json_has_no_nan(database: Database) -> None:
+    with pytest.raises(StatementError), database.write() as session:
         session.add(Calibration(id="c", name="n", rig={"x": float("nan")}, created_at=NOON))
 
 
-def test_numbers_of_changes_are_never_used_twice(record: Database) -> None:
-    with record.writing() as session:
-        count_up(session)
-    with record.writing() as session:
-        session.execute(text("DELETE FROM changes"))
-    with record.writing() as session:
-        count_up(session)
-    with record.reading() as session:
-        assert session.scalars(select(Change.seq)).all() == [2]
-
-
 @pytest.mark.parametrize("url", ["nonsense", "nosuch://host/db"])
-def test_a_url_that_means_nothing_is_named(url: str) -> None:
+def test_a_url_that_cannot_be_used_is_named(url: str) -> None:
     with pytest.raises(DatabaseNotReadyError, match="SPINEWATCH_DATABASE_URL"):
         Database(url)
 
 
-def test_nothing_is_made_by_looking(tmp_path: Path) -> None:
-    record = Database(f"sqlite:///{tmp_path / 'none.sqlite'}")
-    with pytest.raises(DatabaseNotReadyError, match="db upgrade"):
-        require_revision(record)
-    record.close()
-    assert list(tmp_path.iterdir()) == []
+@pytest.mark.parametrize(
+    ("url", "path"),
+    [
+        ("sqlite:///var/x.sqlite", Path("var/x.sqlite")),
+        ("sqlite:////data/x.sqlite", Path("/data/x.sqlite")),
+        ("sqlite://", None),
+        ("postgresql+psycopg://host/db", None),
+    ],
+)
+def test_the_file_of_a_url(url: str, path: Path | None) -> None:
+    assert sqlite_path(url) == path

@@ -1,91 +1,111 @@
-"""A worker on real pictures, one process."""
+"""A worker in this process: claims, attempts, and results that hold only with the lease."""
 
-from datetime import timedelta
-from functools import partial
+from typing import Any
 
+import pytest
 from sqlalchemy import func, select, text
 
+from contract.job import JobState
 from settings import Settings
-from store import jobs, stages
+from store import jobs
 from store.clock import utc_now
 from store.database import Database
-from store.tables import Job, JobState, Measurement
-from tests.store.builders import new_stage, new_surgery, sample_pair
-from workers.carry_out import carry_out
+from store.tables import Event, Job
+from tests.store.builders import CLIENT, WORKER
+from tests.workers.echo import EchoHandler
+from workers.registry import Registry
 from workers.worker import Worker
 
-CARRY_OUT = partial(carry_out, max_calibration_age=timedelta(days=1))
+
+class Handler(EchoHandler):
+    """A handler that does something else first."""
+
+    def __init__(self, first: Any) -> None:
+        self._first = first
+
+    def run(self, work: str, progress: Any) -> str:
+        self._first()
+        return super().run(work, progress)
 
 
-def work_on(record: Database, pair: tuple[bytes, bytes], times: int = 1) -> Job:
-    stage = new_stage(record, new_surgery(record), pair=pair, now=utc_now())
-    worker = Worker(record, Settings(), CARRY_OUT)
-    for _ in range(times):
-        worker.answer(stage.job.id)
-    assert worker.attempt is None
-    with record.reading() as session:
-        return jobs.get(session, stage.job.id)
+@pytest.fixture
+def job(database: Database) -> str:
+    with database.write() as session:
+        return jobs.add(session, "echo", "subject", utc_now(), {"word": "hello"}).id
 
 
-def measurements(record: Database) -> int:
-    with record.reading() as session:
-        return session.scalar(select(func.count()).select_from(Measurement)) or 0
+def worker(database: Database, handler: EchoHandler | None = None, **settings: Any) -> Worker:
+    return Worker(database, Settings(**settings), Registry([handler or EchoHandler()]), WORKER)
 
 
-def test_a_stage_is_measured_once_however_often_the_bell_rings(record: Database) -> None:
-    job = work_on(record, sample_pair(), times=3)
-    assert (job.state, job.attempts) == (JobState.SUCCEEDED, 1)
-    assert measurements(record) == 1
-    assert job.stage is not None
-    with record.reading() as session:
-        _, measured = stages.measurement(session, job.stage.surgery_id, "PRE")
-    assert [triad.label for triad in measured.triads] == ["L1", "T11", "T9", "T7"]
-    assert measured.parameters["ball_diameter_mm"] == 8.0
+def show(database: Database, job: str) -> Job:
+    with database.read() as session:
+        return jobs.get(session, job)
 
 
-def test_a_picture_that_cannot_be_decoded_fails_at_once_by_name(record: Database) -> None:
-    left, right = sample_pair()
-    job = work_on(record, (left, right[:20_000]))
-    assert (job.state, job.attempts) == (JobState.FAILED, 1)
-    assert job.error is not None
-    assert job.error["code"] == "invalid-image"
-    assert measurements(record) == 0
+def results(database: Database) -> int:
+    with database.read() as session:
+        stored = select(func.count()).select_from(Event).where(Event.action.startswith("echo:"))
+        return session.scalar(stored) or 0
 
 
-def test_the_same_picture_in_two_files_fails_by_name(record: Database) -> None:
-    left, _ = sample_pair()
-    job = work_on(record, (left, left + b"\0"))
-    assert job.error is not None
-    assert job.error["code"] == "same-image-twice"
+def test_a_job_is_done_once_however_often_it_is_enqueued(database: Database, job: str) -> None:
+    echo = worker(database)
+    for _ in range(3):
+        echo.handle(job)
+    assert echo.attempt is None
+    assert echo.release() is None
+    assert (show(database, job).state, show(database, job).attempts) == (JobState.SUCCEEDED, 1)
+    assert results(database) == 1
 
 
-def test_an_unexpected_error_is_tried_again_until_attempts_run_out(record: Database) -> None:
-    stage = new_stage(record, new_surgery(record), pair=sample_pair(), now=utc_now())
-    with record.writing() as session:
-        session.execute(text("UPDATE surgeries SET vertebrae = '[[]]'"))  # no such labels can be asked for
-    worker = Worker(record, Settings(max_attempts=2), CARRY_OUT)
-    seen = []
+def test_the_result_of_a_cancelled_job_is_discarded(database: Database, job: str) -> None:
+    def cancel() -> None:
+        with database.write() as session:
+            jobs.cancel(session, job, utc_now(), CLIENT)
+
+    worker(database, Handler(cancel)).handle(job)
+    assert show(database, job).state is JobState.CANCELLED
+    assert results(database) == 0
+
+
+def test_an_unexpected_error_is_tried_again_until_attempts_run_out(database: Database, job: str) -> None:
+    def fault() -> None:
+        raise RuntimeError
+
+    broken = worker(database, Handler(fault), max_attempts=2)
+    states = []
     for _ in range(4):
-        worker.answer(stage.job.id)
-        with record.reading() as session:
-            job = jobs.get(session, stage.job.id)
-        seen.append((job.state, job.attempts))
+        broken.handle(job)
+        states.append((show(database, job).state, show(database, job).attempts))
     queued, failed = JobState.QUEUED, JobState.FAILED
-    assert seen == [(queued, 1), (queued, 2), (failed, 2), (failed, 2)]
-    assert job.error is not None
-    assert job.error["code"] == "attempts-exhausted"
+    assert states == [(queued, 1), (queued, 2), (failed, 2), (failed, 2)]
+    error = show(database, job).error
+    assert error is not None
+    assert error["code"] == jobs.ATTEMPTS_EXHAUSTED
 
 
-def test_a_result_that_cannot_be_written_is_tried_again_at_once(record: Database) -> None:
-    stage = new_stage(record, new_surgery(record), pair=sample_pair(), now=utc_now())
-    refuse = "CREATE TRIGGER fault BEFORE INSERT ON measurements BEGIN SELECT RAISE(ABORT, 'fault'); END"
-    worker = Worker(record, Settings(), CARRY_OUT)
+def test_a_result_that_cannot_be_stored_is_tried_again(database: Database, job: str) -> None:
+    refuse = (
+        "CREATE TRIGGER fault BEFORE INSERT ON events WHEN NEW.action LIKE 'echo:%'"
+        " BEGIN SELECT RAISE(ABORT, 'fault'); END"
+    )
+    echo = worker(database)
     states = []
     for statement in (refuse, "DROP TRIGGER fault"):
-        with record.writing() as session:
+        with database.write() as session:
             session.execute(text(statement))
-        worker.answer(stage.job.id)
-        with record.reading() as session:
-            states.append(jobs.get(session, stage.job.id).state)
+        echo.handle(job)
+        states.append(show(database, job).state)
     assert states == [JobState.QUEUED, JobState.SUCCEEDED]
-    assert measurements(record) == 1
+    assert results(database) == 1
+
+
+def test_a_released_job_is_queued_and_its_attempt_does_not_count(database: Database, job: str) -> None:
+    released: list[str | None] = []
+    workers: list[Worker] = []
+    workers.append(worker(database, Handler(lambda: released.append(workers[0].release()))))
+    workers[0].handle(job)
+    assert released == [job]
+    assert (show(database, job).state, show(database, job).attempts) == (JobState.QUEUED, 0)
+    assert results(database) == 0

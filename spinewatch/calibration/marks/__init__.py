@@ -1,1 +1,1 @@
-"""Marks of a control field in an image: detection, identification, eccentricity."""
+"""Targets of a control field in an image: detection, identification, eccentricity."""

@@ -1,4 +1,4 @@
-"""Perspective eccentricity: the image of a disc is not centred on the image of the disc's centre."""
+"""Perspective eccentricity: the centroid of the image of a disc is not the image of its centre."""
 
 from __future__ import annotations
 
@@ -11,18 +11,50 @@ from spinewatch.geometry.transforms import RigidTransform
 _CORNERS = 48
 
 
-def eccentricity_px(camera: Camera, placement: RigidTransform, control_mm: Float, spread_px2: Float) -> Float:
-    """Return by how much the centroids of flat marks lie off the images (n, 2) of their centres, px.
+def eccentricity_px(
+    camera: Camera, placement: RigidTransform, control_mm: Float, variance_px2: Float
+) -> Float:
+    """Return the offsets of the centroids of flat marks from the images of their centres.
 
-    Marks lie parallel to the board's XY plane at ``control_mm`` (n, 3); their size follows from the spread (n,)
-    seen in the image. To second order a mark of any shape with equal variances is moved like the disc that
-    has the same variances.
+    The marks are parallel to the XY plane of the board. To second order a mark of any shape with equal principal
+    variances is displaced like the disc of the same variances.
+
+    Parameters
+    ----------
+    camera
+        The camera.
+    placement
+        Motion from the board's frame to object space.
+    control_mm
+        Centres of the marks, shape (n, 3), frame of the board, mm.
+    variance_px2
+        Mean principal variance of the image of each mark, shape (n,), px^2; it gives the size.
+
+    Returns
+    -------
+    Float
+        Centroid less image of the centre, shape (n, 2), px.
+
+    References
+    ----------
+    Luhmann et al., Close-Range Photogrammetry and 3D Imaging (2014), section 3.6.1.2. T. Luhmann, "Eccentricity in
+    images of circular and spherical targets", Photogrammetric Record 29 (2014) 417.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from spinewatch.simulation.rigs import table_3_3_rig
+    >>> offset = eccentricity_px(
+    ...     table_3_3_rig().left, RigidTransform.identity(), np.array([[400.0, 400.0, 0.0]]), np.array([15.0])
+    ... )
+    >>> bool(0.005 < np.hypot(*offset[0]) < 0.05)
+    True
     """
     centres = placement(control_mm)
     in_plane = placement.rotation[:, :2]
     J = camera.projection_jacobian(centres) @ in_plane
     scale = np.abs(np.linalg.det(J))
-    radius = np.sqrt(4 * spread_px2 / scale)
+    radius = np.sqrt(4 * variance_px2 / scale)
     angle = 2 * np.pi * np.arange(_CORNERS) / _CORNERS
     rim = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     points = centres[:, None] + radius[:, None, None] * (rim @ in_plane.T)

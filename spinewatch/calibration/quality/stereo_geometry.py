@@ -1,7 +1,8 @@
-"""What does not depend on where object space was put: baseline, vergence, range, field of view and depth of field."""
+"""Geometry of a rig that does not depend on object space: baseline, vergence, range, field of view, depth of field."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,16 +10,31 @@ import numpy as np
 from spinewatch.arrays import Float
 from spinewatch.camera import Camera, Rig
 
+_REACH_MM = np.arange(0.0, 2000.0)
+"""Distances from the centre at which the limits of the field of view are searched, mm."""
+
 
 @dataclass(frozen=True)
 class StereoGeometry:
-    """Relative orientation of two cameras and what they cover at the control field.
+    """Relative orientation of two cameras and their common field at the control field.
 
-    ``range_mm`` left and right, along each optical axis, to the field's centre; ``field_of_view_mm`` width and
-    height of the rectangle, parallel to the left image's sides and square to the mean axis, that both cameras
-    see at that range; ``depth_of_field_mm`` nearest and farthest range that both cameras show with blur below
-    one pixel at ``f_number``, focused on the field's centre; ``control_depth_mm`` the depth that the control
-    points span along the mean axis, for which the calibration was tried.
+    Attributes
+    ----------
+    baseline_mm, baseline_sd_mm
+        Distance of the perspective centres and its standard deviation, mm.
+    vergence_deg, vergence_sd_deg
+        Angle between the optical axes and its standard deviation, degrees.
+    range_mm
+        Depth of the control field's centre along each optical axis, left and right, mm.
+    field_of_view_mm
+        Width and height of the rectangle that both cameras have in view at that range, parallel to the sides of the
+        left image and normal to the mean axis, mm.
+    depth_of_field_mm
+        Nearest and farthest depth at which both cameras have a blur below one pixel, focused at the centre, mm.
+    f_number
+        F-number of the depth of field.
+    control_depth_mm
+        Depth of the control points along the mean axis, over which the calibration is verified, mm.
     """
 
     baseline_mm: float
@@ -33,64 +49,112 @@ class StereoGeometry:
 
 
 def stereo_geometry(
-    rig: Rig, control_mm: Float, samples: list[Rig] | None = None, f_number: float = 4.0
+    rig: Rig, control_mm: Float, samples: Sequence[Rig] = (), f_number: float = 4.0
 ) -> StereoGeometry:
-    """Return the geometry of a rig at control points (n, 3) in object space.
+    """Return the geometry of a rig at a control field.
 
-    Standard deviations come from rigs sampled from the calibration's covariance; without samples they are NaN.
+    Parameters
+    ----------
+    rig
+        The rig.
+    control_mm
+        Control points, shape (n, 3), object space, mm.
+    samples
+        Rigs drawn from the covariance of the calibration, for the standard deviations; NaN without any.
+    f_number
+        F-number of the lenses.
+
+    Returns
+    -------
+    StereoGeometry
+        The geometry.
     """
     centre = control_mm.mean(axis=0)
     axis = rig.left.M[2] + rig.right.M[2]
     axis = axis / np.linalg.norm(axis)
-    depths = control_mm @ axis
-    ranges = (rig.left.depth_mm(centre), rig.right.depth_mm(centre))
+    depths = (rig.left.depth_mm(centre), rig.right.depth_mm(centre))
     fields = [
-        depth_of_field_mm(camera, r, f_number)
-        for camera, r in zip((rig.left, rig.right), ranges, strict=True)
+        depth_of_field_mm(camera, depth, f_number)
+        for camera, depth in zip((rig.left, rig.right), depths, strict=True)
     ]
-    baselines = [r.baseline_mm for r in samples or []]
-    vergences = [r.vergence_deg for r in samples or []]
     return StereoGeometry(
         rig.baseline_mm,
-        float(np.std(baselines)) if baselines else float("nan"),
+        float(np.std([r.baseline_mm for r in samples])) if samples else float("nan"),
         rig.vergence_deg,
-        float(np.std(vergences)) if vergences else float("nan"),
-        ranges,
+        float(np.std([r.vergence_deg for r in samples])) if samples else float("nan"),
+        depths,
         common_field_mm(rig, centre, axis),
         (max(near for near, _ in fields), min(far for _, far in fields)),
         f_number,
-        float(np.ptp(depths)),
+        float(np.ptp(control_mm @ axis)),
     )
 
 
-def depth_of_field_mm(camera: Camera, range_mm: float, f_number: float) -> tuple[float, float]:
-    """Return the nearest and farthest range that appear with a blur of at most one pixel, mm.
+def depth_of_field_mm(camera: Camera, focus_mm: float, f_number: float) -> tuple[float, float]:
+    """Return the depths between which the blur is at most one pixel, for a thin lens.
 
-    Thin lens focused on ``range_mm``, circle of confusion one pixel wide; the far limit may be infinite.
+    Parameters
+    ----------
+    camera
+        The camera; the circle of confusion is one pixel wide.
+    focus_mm
+        Depth in focus, mm.
+    f_number
+        Focal length over the diameter of the aperture.
+
+    Returns
+    -------
+    near, far : float
+        Limits, mm; the far limit may be infinite.
+
+    References
+    ----------
+    Luhmann et al., Close-Range Photogrammetry and 3D Imaging (2014), section 3.1.3.
+
+    Examples
+    --------
+    >>> from spinewatch.simulation.rigs import table_3_3_rig
+    >>> near, far = depth_of_field_mm(table_3_3_rig().left, 700.0, 4.0)
+    >>> round(near), round(far)
+    (480, 1291)
     """
     f, c = camera.focal_length_mm, camera.pixel_size_mm[0]
     hyperfocal = f * f / (f_number * c) + f
-    near = range_mm * (hyperfocal - f) / (hyperfocal + range_mm - 2 * f)
-    far = range_mm * (hyperfocal - f) / (hyperfocal - range_mm) if hyperfocal > range_mm else float("inf")
+    near = focus_mm * (hyperfocal - f) / (hyperfocal + focus_mm - 2 * f)
+    far = focus_mm * (hyperfocal - f) / (hyperfocal - focus_mm) if hyperfocal > focus_mm else float("inf")
     return float(near), float(far)
 
 
 def common_field_mm(rig: Rig, centre_mm: Float, axis: Float) -> tuple[float, float]:
-    """Return (width, height) in mm, through a centre and square to an axis, of what both cameras see."""
+    """Return the size of the field that both cameras have in view.
+
+    Parameters
+    ----------
+    rig
+        The rig.
+    centre_mm
+        Point through which the field is measured, shape (3,), mm.
+    axis
+        Unit normal of the field, shape (3,), object axes.
+
+    Returns
+    -------
+    width, height : float
+        Along the sides of the left image, to 1 mm.
+    """
     x = rig.left.M[0] - (rig.left.M[0] @ axis) * axis
     x /= np.linalg.norm(x)
     y = np.cross(axis, x)
-    width = _reach(rig, centre_mm, x) + _reach(rig, centre_mm, -x)
-    return width, _reach(rig, centre_mm, y) + _reach(rig, centre_mm, -y)
+    width = _reach_mm(rig, centre_mm, x) + _reach_mm(rig, centre_mm, -x)
+    return width, _reach_mm(rig, centre_mm, y) + _reach_mm(rig, centre_mm, -y)
 
 
-def _reach(rig: Rig, centre_mm: Float, direction: Float) -> float:
-    """Return how far from a centre along a direction points stay in both images, mm, to 1 mm."""
-    steps = np.arange(0.0, 2000.0)
-    points = centre_mm + steps[:, None] * direction
-    seen = np.ones(len(steps), dtype=bool)
+def _reach_mm(rig: Rig, centre_mm: Float, direction: Float) -> float:
+    """Return the distance from a centre along a direction at which a point leaves one of the images."""
+    points = centre_mm + _REACH_MM[:, None] * direction
+    in_view = np.ones(len(points), dtype=bool)
     for camera in (rig.left, rig.right):
         with np.errstate(all="ignore"):
             pixels = camera.project(points)
-            seen &= np.all((pixels >= 0) & (pixels <= np.array(camera.image_size_px) - 1), axis=1)
-    return float(np.argmin(seen)) if not seen.all() else float(steps[-1])
+            in_view &= np.all((pixels >= 0) & (pixels <= np.array(camera.image_size_px) - 1), axis=1)
+    return float(np.argmin(in_view)) if not in_view.all() else float(_REACH_MM[-1])

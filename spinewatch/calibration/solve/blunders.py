@@ -1,46 +1,86 @@
-"""Blunders: points that contradict the others, found by robust adjustment and named."""
+"""Blunders (gross errors): points that contradict the others, detected by robust adjustment and F-tests."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from spinewatch.arrays import Float
+from spinewatch.arrays import Bool
 from spinewatch.calibration.errors import PoorFitError
-from spinewatch.calibration.solve.bundle import Block, BundleAdjustment, ImageIndex, adjust, hat_blocks
-from spinewatch.calibration.solve.collinearity import NAMES, project_with_derivatives
+from spinewatch.calibration.solve.block import Block, ImageIndex
+from spinewatch.calibration.solve.bundle import BundleAdjustment, adjust
+from spinewatch.calibration.solve.collinearity import PARAMETER_NAMES, project_with_derivatives
 
-_MAD = 1.4826
+_MAD_TO_SD = 1.4826
+_MIN_DOF = 2
+_MIN_TEST_DOF = 4
+_UNTESTABLE = 1e-6
+
+Masks = Mapping[ImageIndex, Bool]
+"""Which points of each image are kept, shape (n,)."""
 
 
 @dataclass(frozen=True)
 class BlunderParameters:
     """When a point counts as a blunder.
 
-    ``significance`` of the test, shared among all points (Bonferroni): the share of sound calibrations that lose
-    a point. Simulated, 1% leaves fewer blunders and better cameras than 0.1%, and 5% takes good points
-    (docs/calibration.md). ``floor_px`` below which no residual is suspicious, however small the others;
-    ``readmission`` probability that a suspect's miss must have to be taken back; ``most`` the greatest fraction
-    of points that may be removed.
+    Attributes
+    ----------
+    significance
+        Probability that a calibration without blunders loses a point; shared among all points (Bonferroni). In
+        simulation 1% leaves fewer blunders and better cameras than 0.1%, and 5% removes good points
+        (docs/calibration.md).
+    readmission
+        p-value above which a suspect is taken back.
+    floor_px
+        Residual below which no point is suspicious, px.
+    max_fraction
+        Greatest fraction of the points of an image that may be removed.
+    min_kept
+        Fewest points of an image that must remain.
+    contamination_sigmas
+        Residual, in robust standard deviations, from which a robust adjustment is made.
+    suspect_sigmas
+        Residual of the robust adjustment from which a point is a suspect, in robust standard deviations.
+    robust_sigmas
+        Scale of Cauchy's loss, in robust standard deviations.
+    enabled
+        Whether points are tested at all.
     """
 
     significance: float = 0.01
     readmission: float = 0.01
     floor_px: float = 0.05
-    most: float = 0.25
+    max_fraction: float = 0.25
+    min_kept: int = 6
+    contamination_sigmas: float = 4.0
+    suspect_sigmas: float = 5.0
+    robust_sigmas: float = 2.0
     enabled: bool = True
 
 
 @dataclass(frozen=True)
 class Blunder:
-    """A removed point: its ``camera`` and ``placement`` index, ``id``, and how far it lies off, px."""
+    """A point that was removed because it contradicts the others.
+
+    Attributes
+    ----------
+    camera
+        Index of the camera.
+    shot
+        Index of the shot (of the placement).
+    id
+        Name of the control point.
+    residual_px
+        Distance of its image from the one computed without it, px.
+    """
 
     camera: int
-    placement: int
+    shot: int
     id: str
-    miss_px: float
+    residual_px: float
 
 
 def adjust_without_blunders(
@@ -48,165 +88,197 @@ def adjust_without_blunders(
 ) -> tuple[BundleAdjustment, tuple[Blunder, ...]]:
     """Return the adjustment of the points that agree with each other, and those that were removed.
 
-    A robust adjustment (Cauchy's loss) points out suspects, so that several blunders cannot hide each other;
-    each is taken back unless an F-test of its prediction rejects it; then the remaining points are tested one
-    at a time by their studentized residuals, the worst first. Raises ``PoorFitError`` when more than the
-    permitted fraction would have to go.
+    A robust adjustment finds suspects, so that several blunders cannot mask each other. A suspect is taken back unless
+    an F-test of its prediction rejects it. Then the remaining points are tested one at a time by their studentized
+    residuals, the largest first.
+
+    Parameters
+    ----------
+    block
+        Initial values and observations.
+    parameters
+        Levels of the tests.
+
+    Returns
+    -------
+    adjustment : BundleAdjustment
+        The adjustment of the remaining points.
+    blunders : tuple of Blunder
+        The removed points.
+
+    Raises
+    ------
+    PoorFitError
+        If more than the permitted fraction of an image's points would have to be removed.
+    ConvergenceError
+        If a camera does not have its points in view.
+
+    References
+    ----------
+    W. Baarda, "A testing procedure for use in geodetic networks" (1968). R. D. Cook, S. Weisberg, Residuals and
+    Influence in Regression (1982), section 2.2: externally studentized residuals.
+
+    Examples
+    --------
+    >>> from spinewatch.calibration.control_field import pegboard_1995
+    >>> from spinewatch.calibration.points import ImagePoints
+    >>> from spinewatch.geometry.transforms import RigidTransform
+    >>> from spinewatch.simulation.rigs import table_3_3_rig
+    >>> camera, field = table_3_3_rig().left, pegboard_1995()
+    >>> pixels = camera.project(field.points_mm)
+    >>> pixels[4] += 5.0
+    >>> image = ImagePoints.build(field.ids, field.points_mm, pixels)
+    >>> block = Block((camera,), (RigidTransform.identity(),), {(0, 0): image}, (("X0", "Y0", "Z0"),))
+    >>> [blunder.id for blunder in adjust_without_blunders(block, BlunderParameters())[1]]
+    ['5']
     """
     first = adjust(block)
-    if not parameters.enabled or first.block.redundancy <= 2:
+    if not parameters.enabled or first.block.dof <= _MIN_DOF:
         return first, ()
-    kept = {view: np.ones(len(image), dtype=bool) for view, image in block.images.items()}
+    kept: Masks = {view: np.ones(len(image), dtype=bool) for view, image in block.images.items()}
     current = first
-    if _looks_contaminated(first, parameters):
-        robust = adjust(first.block, robust_px=2 * _robust_sigma(first, parameters))
-        robust = adjust(robust.block, robust_px=2 * _robust_sigma(robust, parameters))
+    if _is_contaminated(first, parameters):
+        robust = first
+        for _ in range(2):
+            scale = parameters.robust_sigmas * _robust_sigma(robust, parameters)
+            robust = adjust(robust.block, robust_scale=scale)
         kept = _unsuspected(robust, parameters)
-        current = _take_back(block, adjust(_reduced(robust.block, block, kept)), kept, parameters)
-    current = _remove_worst(block, current, kept, parameters)
-    return current, _name(block, current, kept)
+        current = adjust(_reduced(robust.block, block, kept))
+        current, kept = _readmit(block, current, kept, parameters)
+    current, kept = _remove_worst(block, current, kept, parameters)
+    return current, _removed(block, current, kept)
 
 
-def _looks_contaminated(adjustment: BundleAdjustment, parameters: BlunderParameters) -> bool:
-    worst = max(
-        float(np.abs(r / adjustment.block.images[v].sd_px[:, None]).max()) for v, r in _residuals(adjustment)
-    )
-    return worst > 4 * _robust_sigma(adjustment, parameters)
-
-
-def _residuals(adjustment: BundleAdjustment) -> list[tuple[ImageIndex, Float]]:
-    return [(view, r) for view, r in adjustment.residuals_px.items() if len(r)]
+def _is_contaminated(adjustment: BundleAdjustment, parameters: BlunderParameters) -> bool:
+    largest = max(float(np.abs(w).max()) for w in adjustment.weighted_residuals.values() if len(w))
+    return largest > parameters.contamination_sigmas * _robust_sigma(adjustment, parameters)
 
 
 def _floor(block: Block, parameters: BlunderParameters) -> float:
+    """Return the least weighted residual that is suspicious."""
     sd = np.concatenate([image.sd_px for image in block.images.values()])
     return parameters.floor_px / float(np.median(sd))
 
 
 def _robust_sigma(adjustment: BundleAdjustment, parameters: BlunderParameters) -> float:
-    images = adjustment.block.images
-    weighted = np.concatenate([(r / images[v].sd_px[:, None]).ravel() for v, r in _residuals(adjustment)])
-    inflation = np.sqrt(len(weighted) / max(adjustment.block.redundancy, 1))
-    return max(float(_MAD * np.median(np.abs(weighted)) * inflation), _floor(adjustment.block, parameters))
+    """Return the standard deviation of unit weight from the median of the residuals, at least the floor."""
+    weighted = np.concatenate([w.ravel() for w in adjustment.weighted_residuals.values()])
+    inflation = np.sqrt(len(weighted) / max(adjustment.block.dof, 1))
+    sigma = float(_MAD_TO_SD * np.median(np.abs(weighted)) * inflation)
+    return max(sigma, _floor(adjustment.block, parameters))
 
 
-def _unsuspected(
-    adjustment: BundleAdjustment, parameters: BlunderParameters
-) -> dict[ImageIndex, NDArray[np.bool_]]:
-    limit = 5 * _robust_sigma(adjustment, parameters)
-    images = adjustment.block.images
-    return {
-        view: np.abs(r / images[view].sd_px[:, None]).max(axis=1) < limit
-        for view, r in adjustment.residuals_px.items()
-    }
+def _unsuspected(adjustment: BundleAdjustment, parameters: BlunderParameters) -> Masks:
+    limit = parameters.suspect_sigmas * _robust_sigma(adjustment, parameters)
+    return {view: np.abs(w).max(axis=1) < limit for view, w in adjustment.weighted_residuals.items()}
 
 
-def _reduced(at: Block, full: Block, kept: dict[ImageIndex, NDArray[np.bool_]]) -> Block:
+def _reduced(at: Block, full: Block, kept: Masks) -> Block:
+    """Return the block with the points kept of the full block, and initial values ``at``."""
     return replace(at, images={view: image.keep(kept[view]) for view, image in full.images.items()})
 
 
-def _take_back(
-    block: Block,
-    current: BundleAdjustment,
-    kept: dict[ImageIndex, NDArray[np.bool_]],
-    parameters: BlunderParameters,
-) -> BundleAdjustment:
+def _with(kept: Masks, view: ImageIndex, i: int, value: bool) -> Masks:
+    """Return the masks with one point kept or removed."""
+    mask = kept[view].copy()
+    mask[i] = value
+    return {**kept, view: mask}
+
+
+def _readmit(
+    block: Block, current: BundleAdjustment, kept: Masks, parameters: BlunderParameters
+) -> tuple[BundleAdjustment, Masks]:
+    """Return the adjustment and the points kept after suspects were taken back, the most probable first."""
     while True:
-        best, at = parameters.readmission, None
-        for view, mask in kept.items():
-            for i in np.nonzero(~mask)[0]:
-                p = _prediction_p(block, current, view, int(i), parameters)
-                if p > best:
-                    best, at = p, (view, int(i))
-        if at is None:
-            _refuse_many(block, kept, parameters)
-            return current
-        kept[at[0]][at[1]] = True
+        suspects = [(view, int(i)) for view, mask in kept.items() for i in np.nonzero(~mask)[0]]
+        p_values = [_prediction_p_value(block, current, view, i, parameters) for view, i in suspects]
+        if not suspects or max(p_values) <= parameters.readmission:
+            _check_removed(kept, parameters)
+            return current, kept
+        view, i = suspects[int(np.argmax(p_values))]
+        kept = _with(kept, view, i, value=True)
         current = adjust(_reduced(current.block, block, kept))
 
 
-def _prediction_p(
+def _prediction_p_value(
     block: Block, current: BundleAdjustment, view: ImageIndex, i: int, parameters: BlunderParameters
 ) -> float:
-    """Return the probability of a left-out point lying as far from its prediction as it does."""
-    image = block.images[view]
-    camera, placement = current.block.cameras[view[0]], current.block.placements[view[1]]
-    pixels, by_camera, _ = project_with_derivatives(camera, placement(image.control_mm[i : i + 1]))
+    """Return the p-value of the distance of a left-out point from its prediction."""
+    image, (c, s) = block.images[view], view
+    X = current.block.placements[s](image.control_mm[i : i + 1])
+    pixels, by_parameter, _ = project_with_derivatives(current.block.cameras[c], X)
     v = (image.pixels[i] - pixels[0]) / image.sd_px[i]
     if not np.all(np.isfinite(v)):
         return 0.0
-    # Only the camera's own uncertainty is carried; a placement's would make the test milder still.
-    names = [n for n in current.names if n.startswith(f"{view[0]}:")]
+    # Only the camera's uncertainty is propagated; with the placement's the test would reject fewer points.
+    names = [n for n in current.names if n.startswith(f"{c}:")]
     columns = [current.names.index(n) for n in names]
-    A = by_camera[0][:, [NAMES.index(n.split(":")[1]) for n in names]] / image.sd_px[i]
+    A = by_parameter[0][:, [PARAMETER_NAMES.index(n.split(":")[1]) for n in names]] / image.sd_px[i]
     S = np.eye(2) + A @ current.cofactor[np.ix_(columns, columns)] @ A.T
-    freedom = current.block.redundancy
     variance = max(current.sigma0, _floor(block, parameters)) ** 2
-    return _f_tail(float(v @ np.linalg.solve(S, v)) / 2 / variance, freedom)
+    return _f_p_value(float(v @ np.linalg.solve(S, v)) / 2 / variance, current.block.dof)
 
 
 def _remove_worst(
-    block: Block,
-    current: BundleAdjustment,
-    kept: dict[ImageIndex, NDArray[np.bool_]],
-    parameters: BlunderParameters,
-) -> BundleAdjustment:
-    points = sum(map(len, block.images.values()))
-    while current.block.redundancy > 4 and np.all(np.isfinite(current.cofactor)):
-        p, view, i = _least_likely(current, parameters)
-        if p >= parameters.significance / points:
+    block: Block, current: BundleAdjustment, kept: Masks, parameters: BlunderParameters
+) -> tuple[BundleAdjustment, Masks]:
+    """Return the adjustment and the points kept after those rejected by their residuals were removed one by one."""
+    n_points = sum(map(len, block.images.values()))
+    while current.block.dof > _MIN_TEST_DOF and current.is_determined:
+        p_value, view, i = _worst_point(current, parameters)
+        if p_value >= parameters.significance / n_points:
             break
-        kept[view][np.nonzero(kept[view])[0][i]] = False
-        _refuse_many(block, kept, parameters)
+        kept = _with(kept, view, int(np.nonzero(kept[view])[0][i]), value=False)
+        _check_removed(kept, parameters)
         current = adjust(_reduced(current.block, block, kept))
-    return current
+    return current, kept
 
 
-def _least_likely(
+def _worst_point(
     adjustment: BundleAdjustment, parameters: BlunderParameters
 ) -> tuple[float, ImageIndex, int]:
-    freedom = adjustment.block.redundancy
-    total = adjustment.sigma0**2 * freedom
+    """Return p-value, image and index of the point with the least probable studentized residual."""
+    dof = adjustment.block.dof
+    total = adjustment.sigma0**2 * dof
     floor = _floor(adjustment.block, parameters) ** 2
     worst: tuple[float, ImageIndex, int] = (1.0, (0, 0), 0)
-    for view, H in hat_blocks(adjustment).items():
-        v = adjustment.residuals_px[view] / adjustment.block.images[view].sd_px[:, None]
-        rest = np.eye(2) - H
-        testable = np.linalg.eigvalsh(rest)[:, 0] > 1e-6
+    weighted = adjustment.weighted_residuals
+    for view, H in adjustment.hat_blocks().items():
+        v = weighted[view]
+        redundancy = np.eye(2) - H
+        testable = np.linalg.eigvalsh(redundancy)[:, 0] > _UNTESTABLE
         for i in np.nonzero(testable)[0]:
-            T = float(v[i] @ np.linalg.solve(rest[i], v[i]))
-            variance = max((total - T) / (freedom - 2), floor)
-            p = _f_tail(T / 2 / variance, freedom - 2)
-            if p < worst[0]:
-                worst = (p, view, int(i))
+            T = float(v[i] @ np.linalg.solve(redundancy[i], v[i]))
+            variance = max((total - T) / (dof - 2), floor)
+            p_value = _f_p_value(T / 2 / variance, dof - 2)
+            if p_value < worst[0]:
+                worst = (p_value, view, int(i))
     return worst
 
 
-def _f_tail(F: float, freedom: int) -> float:
-    """Return P(F(2, freedom) > F), which has a closed form."""
-    return float((1 + 2 * F / freedom) ** (-freedom / 2))
+def _f_p_value(F: float, dof: int) -> float:
+    """Return P(F(2, dof) > F), which has a closed form."""
+    return float((1 + 2 * F / dof) ** (-dof / 2))
 
 
-def _refuse_many(
-    block: Block, kept: dict[ImageIndex, NDArray[np.bool_]], parameters: BlunderParameters
-) -> None:
+def _check_removed(kept: Masks, parameters: BlunderParameters) -> None:
+    """Raise `PoorFitError` when too many points of an image are removed."""
     for mask in kept.values():
-        allowed = max(1, int(parameters.most * len(mask)))
-        if (~mask).sum() > allowed or (len(mask) >= 6 and mask.sum() < 6):
+        allowed = max(1, int(parameters.max_fraction * len(mask)))
+        too_few = len(mask) >= parameters.min_kept and mask.sum() < parameters.min_kept
+        if (~mask).sum() > allowed or too_few:
             raise PoorFitError(
                 f"{int((~mask).sum())} of {len(mask)} points contradict the others; check that the control field is"
-                " the one in the picture and that points are named right"
+                " the one in the image and that points are named correctly"
             )
 
 
-def _name(
-    block: Block, current: BundleAdjustment, kept: dict[ImageIndex, NDArray[np.bool_]]
-) -> tuple[Blunder, ...]:
+def _removed(block: Block, current: BundleAdjustment, kept: Masks) -> tuple[Blunder, ...]:
     out = []
-    for view, mask in sorted(kept.items()):
-        image = block.images[view]
-        camera, placement = current.block.cameras[view[0]], current.block.placements[view[1]]
+    for (c, s), mask in sorted(kept.items()):
+        image = block.images[c, s]
+        camera, placement = current.block.cameras[c], current.block.placements[s]
         for i in np.nonzero(~mask)[0]:
-            miss = image.pixels[i] - camera.project(placement(image.control_mm[i : i + 1]))[0]
-            out.append(Blunder(view[0], view[1], image.ids[i], float(np.hypot(*miss))))
+            residual = image.pixels[i] - camera.project(placement(image.control_mm[i : i + 1]))[0]
+            out.append(Blunder(c, s, image.ids[i], float(np.hypot(*residual))))
     return tuple(out)

@@ -1,98 +1,75 @@
-"""Bundle adjustment: all cameras and all placements of the board at once, by least squares in the images."""
+"""Bundle adjustment: all cameras and all placements of the board together, by least squares in the images."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from spinewatch.arrays import Float
 from spinewatch.calibration.errors import ConvergenceError
-from spinewatch.calibration.points import ImagePoints
-from spinewatch.calibration.solve.collinearity import (
-    NAMES,
-    camera_from_vector,
-    camera_vector,
-    project_with_derivatives,
-)
-from spinewatch.calibration.solve.conditioning import conditioned, unconditioned
-from spinewatch.camera import Camera
-from spinewatch.geometry.rotations import (
-    angles_from_rotation,
-    cross_matrix,
-    left_jacobian,
-    rotation_from_vector,
-)
-from spinewatch.geometry.transforms import RigidTransform
+from spinewatch.calibration.solve.block import Block, ImageIndex
+from spinewatch.calibration.solve.parameterization import Linearization, Parameterization, linearize
+from spinewatch.geometry.rotations import angles_from_rotation
 
 _TOLERANCE = 1e-12
 _MAX_EVALUATIONS = 200
 _SINGULAR = 1e-12
-_F = NAMES.index("f")
-_OUT_OF_SIGHT = (
-    "the adjustment comes to cameras that do not see the points; check that the control field is the one in the"
-    " pictures, and that every point is named right"
+_OUT_OF_VIEW = (
+    "the adjustment leads to cameras that do not have the points in view; check that the control field is the one in"
+    " the images, and that all points are named correctly"
 )
-
-ImageIndex = tuple[int, int]
-"""Index of a camera and of a placement."""
-
-
-@dataclass(frozen=True, eq=False)
-class Block:
-    """Several cameras, placements of the board, and what each camera sees in each placement.
-
-    ``images`` maps (camera, placement) to image points. ``free`` names the parameters of each camera that are
-    adjusted. The first placement holds still: it defines object space.
-    """
-
-    cameras: tuple[Camera, ...]
-    placements: tuple[RigidTransform, ...]
-    images: dict[ImageIndex, ImagePoints]
-    free: tuple[tuple[str, ...], ...]
-
-    @property
-    def unknowns(self) -> int:
-        """Number of parameters that are adjusted."""
-        return sum(map(len, self.free)) + 6 * (len(self.placements) - 1)
-
-    @property
-    def observations(self) -> int:
-        """Number of measured coordinates."""
-        return 2 * sum(map(len, self.images.values()))
-
-    @property
-    def redundancy(self) -> int:
-        """Observations less unknowns."""
-        return self.observations - self.unknowns
 
 
 @dataclass(frozen=True, eq=False)
 class BundleAdjustment:
     """An adjusted block.
 
-    ``residuals_px`` per view (n, 2), measured less computed; ``sigma0`` the standard deviation of unit weight,
-    NaN without redundancy; ``cofactor`` (u, u) of the unknowns in the order of ``names``, NaN when they are not
-    determined; ``jacobian`` (m, u) of the weighted residuals; ``rows`` where each view's points lie in it;
-    ``converged`` unless it was stopped on the way.
+    Attributes
+    ----------
+    block
+        The block with adjusted cameras and placements.
+    residuals_px
+        Measured less computed coordinates of each image, shape (n, 2), px.
+    sigma0
+        Standard deviation of unit weight; NaN without redundancy.
+    cofactor
+        Cofactor matrix of the unknowns, shape (u, u), in the order of `names`; NaN when they are not determined.
+    jacobian
+        Derivatives of the weighted residuals (computed less measured), shape (m, u).
+    converged
+        False when the adjustment was stopped by its limit of evaluations.
     """
 
     block: Block
-    names: tuple[str, ...]
     residuals_px: dict[ImageIndex, Float]
     sigma0: float
     cofactor: Float
     jacobian: Float
-    rows: dict[ImageIndex, slice]
     converged: bool
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the unknowns, as in `Block.unknown_names`."""
+        return self.block.unknown_names
+
+    @property
+    def is_determined(self) -> bool:
+        """Whether the points determine all unknowns."""
+        return bool(np.all(np.isfinite(self.cofactor)))
+
+    @property
     def covariance(self) -> Float:
-        """Covariance (u, u) of the unknowns, mm and degrees."""
+        """Covariance of the unknowns, shape (u, u), mm and degrees, rotations of placements radians."""
         return self.cofactor * self.sigma0**2
+
+    @property
+    def correlation(self) -> Float:
+        """Correlation of the unknowns, shape (u, u)."""
+        s = np.sqrt(np.diag(self.cofactor))
+        return np.asarray(self.cofactor / np.outer(s, s))
 
     @property
     def sd(self) -> dict[str, float]:
@@ -101,219 +78,215 @@ class BundleAdjustment:
             return dict(zip(self.names, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
 
     @property
+    def weighted_residuals(self) -> dict[ImageIndex, Float]:
+        """Residuals of each image over the standard deviations of its points, shape (n, 2)."""
+        return {view: r / self.block.images[view].sd_px[:, None] for view, r in self.residuals_px.items()}
+
+    @property
     def rms_px(self) -> float:
         """Root mean square of all residuals, per coordinate, px."""
         return rms(np.concatenate([r.ravel() for r in self.residuals_px.values()]))
 
     def camera_rms_px(self, camera: int) -> float:
-        """Root mean square of one camera's residuals, per coordinate, px."""
-        mine = [r.ravel() for (c, _), r in self.residuals_px.items() if c == camera]
-        return rms(np.concatenate(mine)) if mine else float("nan")
+        """Return the root mean square of the residuals of one camera.
+
+        Parameters
+        ----------
+        camera
+            Index of the camera.
+
+        Returns
+        -------
+        float
+            RMS per coordinate, px; NaN without image points.
+        """
+        own = [r.ravel() for (c, _), r in self.residuals_px.items() if c == camera]
+        return rms(np.concatenate(own)) if own else float("nan")
+
+    def camera_sd(self, camera: int) -> dict[str, float]:
+        """Return the standard deviations of the adjusted parameters of one camera.
+
+        Parameters
+        ----------
+        camera
+            Index of the camera.
+
+        Returns
+        -------
+        dict of str to float
+            Standard deviation by parameter, mm, degrees and 1/mm^k; NaN without redundancy.
+        """
+        prefix = f"{camera}:"
+        return {n.removeprefix(prefix): v for n, v in self.sd.items() if n.startswith(prefix)}
+
+    def hat_blocks(self) -> dict[ImageIndex, Float]:
+        """Return the blocks of the hat matrix: the influence of each point on its own computed coordinates.
+
+        Returns
+        -------
+        dict of ImageIndex to Float
+            Blocks of each image, shape (n, 2, 2).
+        """
+        out = {}
+        for view, at in self.block.observation_slices.items():
+            A = self.jacobian[at].reshape(-1, 2, self.jacobian.shape[1])
+            out[view] = A @ self.cofactor @ np.swapaxes(A, 1, 2)
+        return out
 
 
 def rms(values: Float) -> float:
-    """Return the root mean square."""
-    return float(np.sqrt(np.mean(np.square(values))))
+    """Return the root mean square.
+
+    Parameters
+    ----------
+    values
+        Numbers of any shape.
+
+    Returns
+    -------
+    float
+        Root mean square; NaN of no numbers.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> round(rms(np.array([3.0, 4.0])), 3)
+    3.536
+    """
+    return float(np.sqrt(np.mean(np.square(values)))) if np.size(values) else float("nan")
 
 
 def adjust(
     block: Block,
-    robust_px: float | None = None,
+    robust_scale: float | None = None,
     tolerance: float = _TOLERANCE,
-    evaluations: int = _MAX_EVALUATIONS,
+    max_evaluations: int = _MAX_EVALUATIONS,
 ) -> BundleAdjustment:
-    """Return the block with all free parameters and placements at the least sum of squared image residuals.
+    """Return the block with free parameters and placements at the least sum of squared image residuals.
 
-    With ``robust_px``, weighted residuals beyond it lose weight (Cauchy's loss). Iteration ends when the sum
-    changes by less than the fraction ``tolerance``, or after so many ``evaluations``. The Jacobian is analytic.
+    Levenberg-Marquardt with an analytic Jacobian, in the coordinates of `Parameterization`.
 
-    Raises ``ConvergenceError`` when a camera does not see all its points at the start or at the end.
+    Parameters
+    ----------
+    block
+        Initial values and observations.
+    robust_scale
+        Scale of Cauchy's loss: weighted residuals beyond it lose weight. None for plain least squares.
+    tolerance
+        Iteration ends when the sum of squares changes by less than this fraction.
+    max_evaluations
+        Limit of evaluations of the residuals.
+
+    Returns
+    -------
+    BundleAdjustment
+        The adjusted block with residuals and covariance.
+
+    Raises
+    ------
+    ConvergenceError
+        If a camera does not have all its points in view, initially or at the end.
+
+    References
+    ----------
+    Luhmann et al., Close-Range Photogrammetry and 3D Imaging (2014), section 4.4. Thesis eq. 3.4.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> from spinewatch.calibration.control_field import pegboard_1995
+    >>> from spinewatch.calibration.points import ImagePoints
+    >>> from spinewatch.geometry.transforms import RigidTransform
+    >>> from spinewatch.simulation.rigs import table_3_3_rig
+    >>> camera, field = table_3_3_rig().left, pegboard_1995()
+    >>> image = ImagePoints.build(field.ids, field.points_mm, camera.project(field.points_mm))
+    >>> wrong = replace(camera, focal_length_mm=1.02 * camera.focal_length_mm)
+    >>> block = Block((wrong,), (RigidTransform.identity(),), {(0, 0): image}, (("f",),))
+    >>> abs(adjust(block).block.cameras[0].focal_length_mm - camera.focal_length_mm) < 1e-9
+    True
     """
-    if not block.observations:
-        raise ConvergenceError(_OUT_OF_SIGHT)
-    equations = _Equations(block)
+    if not block.n_observations:
+        raise ConvergenceError(_OUT_OF_VIEW)
+    parameterization = Parameterization.of(block)
+    at = _with_last_result(parameterization)
+
+    def residuals(x: Float) -> Float:
+        return at(x).residuals
+
+    def jacobian(x: Float) -> Float:
+        return at(x).jacobian_by_x
+
     try:
         solution = least_squares(
-            equations.residuals,
-            equations.start,
-            equations.jacobian,
-            method="lm" if robust_px is None and block.redundancy >= 0 else "dogbox",
+            residuals,
+            parameterization.pack(),
+            jacobian,
+            method="lm" if robust_scale is None and block.dof >= 0 else "dogbox",
             x_scale="jac",
-            loss="linear" if robust_px is None else "cauchy",
-            f_scale=robust_px or 1.0,
+            loss="linear" if robust_scale is None else "cauchy",
+            f_scale=robust_scale or 1.0,
             xtol=tolerance,
             ftol=tolerance,
             gtol=_TOLERANCE,
-            max_nfev=evaluations,
+            max_nfev=max_evaluations,
         )
     except (ValueError, np.linalg.LinAlgError) as error:
-        raise ConvergenceError(_OUT_OF_SIGHT) from error
-    x = np.asarray(solution.x)
+        raise ConvergenceError(_OUT_OF_VIEW) from error
     if not np.all(np.isfinite(solution.fun)):
-        raise ConvergenceError(_OUT_OF_SIGHT)
-    adjusted = _with_common_angles(equations.block_at(x))
-    equations = _Equations(adjusted)
-    weighted, J = equations.residuals(equations.start), equations.plain_jacobian(equations.start)
+        raise ConvergenceError(_OUT_OF_VIEW)
+    adjusted = _with_common_angles(parameterization.unpack(np.asarray(solution.x)))
+    return _described(adjusted, bool(solution.success))
+
+
+def _with_last_result(parameterization: Parameterization) -> Callable[[Float], Linearization]:
+    """Return `linearize`, which least_squares calls twice with the same x, with its last result kept."""
+    last: list[tuple[bytes, Linearization]] = []
+
+    def at(x: Float) -> Linearization:
+        key = x.tobytes()
+        if not last or last[0][0] != key:
+            last[:] = [(key, linearize(parameterization, x))]
+        return last[0][1]
+
+    return at
+
+
+def _described(block: Block, converged: bool) -> BundleAdjustment:
+    """Return the adjustment of a block that is at its least sum of squares."""
+    parameterization = Parameterization.of(block)
+    at = linearize(parameterization, parameterization.pack())
     residuals = {
-        view: -(weighted[rows].reshape(-1, 2) * block.images[view].sd_px[:, None])
-        for view, rows in equations.rows.items()
+        view: -(at.residuals[here].reshape(-1, 2) * block.images[view].sd_px[:, None])
+        for view, here in block.observation_slices.items()
     }
-    freedom = block.redundancy
-    sigma0 = float(np.sqrt(weighted @ weighted / freedom)) if freedom > 0 else float("nan")
-    return BundleAdjustment(
-        adjusted, equations.names, residuals, sigma0, _cofactor(J), J, equations.rows, bool(solution.success)
-    )
+    dof = block.dof
+    sigma0 = float(np.sqrt(at.residuals @ at.residuals / dof)) if dof > 0 else float("nan")
+    return BundleAdjustment(block, residuals, sigma0, _cofactor(at.jacobian), at.jacobian, converged)
 
 
 def _with_common_angles(block: Block) -> Block:
-    """Return the block with the same rotations in angles of which phi is at most 90 degrees either way.
+    """Return the block with the same rotations in angles between -180 and 180 degrees, phi between -90 and 90.
 
     Omega + 180, 180 - phi, kappa + 180 is the same rotation, and iteration may end there.
     """
     cameras = tuple(
-        replace(c, rotation_deg=angles_from_rotation(c.M)) if abs(c.rotation_deg[1]) > 90 else c
+        replace(c, rotation_deg=angles_from_rotation(c.M))
+        if abs(c.rotation_deg[1]) > 90 or max(map(abs, c.rotation_deg)) > 180
+        else c
         for c in block.cameras
     )
     return replace(block, cameras=cameras)
 
 
-class _Equations:
-    """Weighted residuals and Jacobian of a block as functions of its conditioned unknowns."""
-
-    def __init__(self, block: Block) -> None:
-        self.block = block
-        self.index = [np.array([NAMES.index(name) for name in free], dtype=np.intp) for free in block.free]
-        images = [(placement, image) for (_, placement), image in block.images.items() if len(image)]
-        self.centroid = np.mean([block.placements[s](i.control_mm).mean(axis=0) for s, i in images], axis=0)
-        self.coordinates = [conditioned(camera_vector(camera), self.centroid) for camera in block.cameras]
-        free = [y[i] for y, i in zip(self.coordinates, self.index, strict=True)]
-        self.start = np.concatenate([*free, np.zeros(6 * (len(block.placements) - 1))])
-        self.rows: dict[ImageIndex, slice] = {}
-        first = 0
-        for view in sorted(block.images):
-            self.rows[view] = slice(first, first + 2 * len(block.images[view]))
-            first = self.rows[view].stop
-        self.count = first
-        self.at: Float | None = None
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        cameras = (f"{c}:{name}" for c, free in enumerate(self.block.free) for name in free)
-        moves = (
-            f"placement {s}:{name}"
-            for s in range(1, len(self.block.placements))
-            for name in ("rx", "ry", "rz", "tx", "ty", "tz")
-        )
-        return (*cameras, *moves)
-
-    def residuals(self, x: Float) -> Float:
-        self._evaluate(x)
-        return self.value
-
-    def jacobian(self, x: Float) -> Float:
-        """Return the derivatives (m, u) by the conditioned unknowns."""
-        self._evaluate(x)
-        return self.slope @ self.chain
-
-    def plain_jacobian(self, x: Float) -> Float:
-        """Return the derivatives (m, u) by the unknowns in mm and degrees."""
-        self._evaluate(x)
-        return self.slope
-
-    def block_at(self, x: Float) -> Block:
-        cameras, _, moves = self._split(x)
-        placed = [_move(p, m)[0] for p, m in zip(self.block.placements, moves, strict=True)]
-        return Block(tuple(cameras), tuple(placed), self.block.images, self.block.free)
-
-    def _split(self, x: Float) -> tuple[list[Camera], Float, Float]:
-        """Return the cameras, the derivatives (u, u) of plain by conditioned unknowns, and the moves (s, 6)."""
-        cameras, first, chain = [], 0, np.eye(len(x))
-        for like, start, index in zip(self.block.cameras, self.coordinates, self.index, strict=True):
-            here = slice(first, first + len(index))
-            first = here.stop
-            y = start.copy()
-            y[index] = x[here]
-            focal = None if _F in index or not len(index) else like.focal_length_mm
-            vector, J = unconditioned(y, self.centroid, focal)
-            chain[here, here] = J[np.ix_(index, index)]
-            cameras.append(camera_from_vector(vector, like) if len(index) else like)
-        return cameras, chain, np.vstack([np.zeros((1, 6)), x[first:].reshape(-1, 6)])
-
-    def _evaluate(self, x: Float) -> None:
-        if self.at is not None and np.array_equal(self.at, x):
-            return
-        with np.errstate(all="ignore"):  # a step too far gives NaN, which the solver steps back from
-            cameras, self.chain, moves = self._split(x)
-        value, J = np.full(self.count, np.nan), np.zeros((self.count, len(x)))
-        moved = [_move(p, m) for p, m in zip(self.block.placements, moves, strict=True)]
-        column = 0
-        for c, (camera, index) in enumerate(zip(cameras, self.index, strict=True)):
-            columns = slice(column, column + len(index))
-            column = columns.stop
-            self._evaluate_camera(c, camera, columns, moved, value, J)
-        self.at, self.value, self.slope = x.copy(), value, J
-
-    def _evaluate_camera(
-        self,
-        c: int,
-        camera: Camera,
-        columns: slice,
-        moved: Sequence[tuple[RigidTransform, Float]],
-        value: Float,
-        J: Float,
-    ) -> None:
-        views = [view for view in self.rows if view[0] == c]
-        if not views:
-            return
-        images = [self.block.images[view] for view in views]
-        points = np.concatenate([moved[s][0](i.control_mm) for (_, s), i in zip(views, images, strict=True)])
-        measured = np.concatenate([image.pixels for image in images])
-        weight = 1 / np.concatenate([image.sd_px for image in images])
-        with np.errstate(all="ignore"):
-            pixels, by_camera, by_point = project_with_derivatives(camera, points, measured)
-        miss = (pixels - measured) * weight[:, None]
-        by_camera = by_camera[:, :, self.index[c]] * weight[:, None, None]
-        by_point = by_point * weight[:, None, None]
-        first_move = len(self.start) - 6 * (len(moved) - 1)
-        done = 0
-        for (_, s), rows in ((view, self.rows[view]) for view in views):
-            here = slice(done, done + (rows.stop - rows.start) // 2)
-            done = here.stop
-            value[rows] = miss[here].ravel()
-            J[rows, columns] = by_camera[here].reshape(-1, by_camera.shape[2])
-            if s > 0:
-                turned = points[here] - moved[s][0].translation_mm
-                by_turn = by_point[here] @ -cross_matrix(turned) @ moved[s][1]
-                at = first_move + 6 * (s - 1)
-                J[rows, at : at + 6] = np.concatenate([by_turn, by_point[here]], axis=2).reshape(-1, 6)
-
-
-def _move(placement: RigidTransform, move: Float) -> tuple[RigidTransform, Float]:
-    """Return a placement turned about its own origin and shifted by a move (6,), and the turn's left Jacobian."""
-    R = rotation_from_vector(move[:3])
-    return RigidTransform(R @ placement.rotation, placement.translation_mm + move[3:]), left_jacobian(
-        move[:3]
-    )
-
-
 def _cofactor(J: Float) -> Float:
-    """Return (J^T J)^-1, or NaN when the columns of J are not independent."""
+    """Return (J^T J)^-1 of J (m, u), or NaN when the columns of J are not independent."""
+    undefined = np.full((J.shape[1],) * 2, np.nan)
     scale = np.linalg.norm(J, axis=0)
     if not np.all(np.isfinite(J)) or np.any(scale == 0):
-        return np.full((J.shape[1],) * 2, np.nan)
+        return undefined
     R = np.linalg.qr(J / scale, mode="r")  # has the same singular values, and is small
     _, s, Vt = np.linalg.svd(R, full_matrices=False)
     if len(s) < J.shape[1] or s[-1] < _SINGULAR * s[0]:
-        return np.full((J.shape[1],) * 2, np.nan)
+        return undefined
     V = Vt.T / s
     return np.asarray((V @ V.T) / np.outer(scale, scale))
-
-
-def hat_blocks(adjustment: BundleAdjustment) -> dict[ImageIndex, NDArray[np.float64]]:
-    """Return per view the blocks (n, 2, 2) of the hat matrix: how far each point's residual is pulled by itself."""
-    J = adjustment.jacobian
-    out = {}
-    for view, rows in adjustment.rows.items():
-        A = J[rows].reshape(-1, 2, J.shape[1])
-        out[view] = A @ adjustment.cofactor @ np.swapaxes(A, 1, 2)
-    return out

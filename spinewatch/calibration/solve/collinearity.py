@@ -1,4 +1,4 @@
-"""The collinearity equations (eq. 3.4) as functions of a camera's parameters, with analytic derivatives."""
+"""The collinearity equations (eq. 3.4) as functions of the parameters of a camera, with analytic derivatives."""
 
 from __future__ import annotations
 
@@ -6,17 +6,35 @@ import numpy as np
 
 from spinewatch.arrays import Float
 from spinewatch.camera import Camera
+from spinewatch.geometry.rotations import cross_matrix
 
-NAMES = ("X0", "Y0", "Z0", "omega", "phi", "kappa", "f", "x0", "y0", "K1", "K2", "P1", "P2", "aspect")
+PARAMETER_NAMES = (
+    "X0", "Y0", "Z0", "omega", "phi", "kappa", "f", "x0", "y0", "K1", "K2", "P1", "P2", "aspect",
+)  # fmt: skip
 """The 13 parameters of section 2.2 and the aspect py/px of eq. 3.5; mm, degrees, 1/mm^k."""
 
-EXTERIOR = NAMES[:6]
-COUNT = len(NAMES)
-_ASPECT = NAMES.index("aspect")
+EXTERIOR_NAMES = PARAMETER_NAMES[:6]
+"""Position and rotation of a camera: its exterior orientation."""
+
+THESIS_NAMES = PARAMETER_NAMES[:13]
+"""The parameters of section 2.2: all of a camera whose aspect is known."""
+
+_ASPECT = PARAMETER_NAMES.index("aspect")
 
 
 def camera_vector(camera: Camera) -> Float:
-    """Return the parameters (14,) of a camera in the order of ``NAMES``."""
+    """Return the parameters of a camera as a vector.
+
+    Parameters
+    ----------
+    camera
+        The camera.
+
+    Returns
+    -------
+    Float
+        Parameters in the order of `PARAMETER_NAMES`, shape (14,).
+    """
     px, py = camera.pixel_size_mm
     return np.array(
         [
@@ -32,7 +50,20 @@ def camera_vector(camera: Camera) -> Float:
 
 
 def camera_from_vector(vector: Float, like: Camera) -> Camera:
-    """Return the camera of parameters (14,), with the image size and pixel width of ``like``."""
+    """Return the camera of a parameter vector, the inverse of `camera_vector`.
+
+    Parameters
+    ----------
+    vector
+        Parameters in the order of `PARAMETER_NAMES`, shape (14,).
+    like
+        Camera whose image size and pixel width are taken over.
+
+    Returns
+    -------
+    Camera
+        The camera.
+    """
     v = [float(x) for x in vector]
     px = like.pixel_size_mm[0]
     return Camera(
@@ -50,53 +81,89 @@ def camera_from_vector(vector: Float, like: Camera) -> Camera:
 def project_with_derivatives(
     camera: Camera, points_mm: Float, near_px: Float | None = None
 ) -> tuple[Float, Float, Float]:
-    """Return pixels (n, 2) of object points (n, 3), and their derivatives by parameters and by point.
+    """Return the pixels of object points and their derivatives.
 
-    The derivatives are (n, 2, 14) in px per unit of ``NAMES`` and (n, 2, 3) in px per mm. NaN where the
-    camera does not see the point. The image is the root of the distortion equation, found the sooner from
-    pixels ``near_px`` (n, 2); its derivatives follow from the implicit function theorem.
+    The image of a point is the root of the distortion equation; its derivatives follow from the implicit function
+    theorem.
+
+    Parameters
+    ----------
+    camera
+        The camera.
+    points_mm
+        Points, shape (n, 3), object space, mm.
+    near_px
+        Initial values of the root, shape (n, 2), px; by default the undistorted images.
+
+    Returns
+    -------
+    pixels : Float
+        (u, v), shape (n, 2), px; NaN for points that are not in front of the camera.
+    by_parameter : Float
+        Derivatives with respect to the parameters, shape (n, 2, 14), px per unit of `PARAMETER_NAMES`.
+    by_point : Float
+        Derivatives with respect to the points, shape (n, 2, 3), px per mm.
+
+    References
+    ----------
+    Thesis eqs 3.4 and 5.4. Luhmann et al., Close-Range Photogrammetry and 3D Imaging (2014), section 4.2.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from spinewatch.simulation.rigs import table_3_3_rig
+    >>> camera, point = table_3_3_rig().left, np.array([[400.0, 400.0, 50.0]])
+    >>> pixels, by_parameter, by_point = project_with_derivatives(camera, point)
+    >>> bool(np.allclose(pixels, camera.project(point)))
+    True
+    >>> bool(np.allclose(by_parameter[:, :, :3], -by_point))
+    True
     """
-    M, f = camera.M, camera.focal_length_mm
-    Xc = (points_mm - camera.centre) @ M.T
-    z = np.where(Xc[:, 2] < 0, Xc[:, 2], np.nan)
-    ideal = -f * Xc[:, :2] / z[:, None]
+    pinhole = camera.pinhole
+    points = np.where(pinhole.in_front(points_mm)[:, None], points_mm, np.nan)
+    ideal, ideal_by_point = pinhole.project(points)
     plate = camera.distort(ideal, None if near_px is None else camera.plate(near_px))
     pixels = camera.pixels(plate)
     to_px = _inverse_2x2(camera.undistortion_jacobian(pixels))
-    by_Xc = np.zeros((len(z), 2, 3))
-    by_Xc[:, 0, 0] = by_Xc[:, 1, 1] = -f / z
-    by_Xc[:, :, 2] = -ideal / z[:, None]
-    by_Xc = to_px @ by_Xc
-    by_point = by_Xc @ M
-    J = np.zeros((len(z), 2, COUNT))
+    by_point = to_px @ ideal_by_point
+    J = np.zeros((len(points), 2, len(PARAMETER_NAMES)))
     J[:, :, :3] = -by_point
-    J[:, :, 3:6] = by_Xc @ _turn_derivatives(camera, Xc)
-    J[:, :, 6] = (to_px @ (ideal / f)[:, :, None])[:, :, 0]
-    px, py = np.array(camera.pixel_size_mm)  # an aspect of zero, on the way, is no error but infinite
+    axes = np.radians(1.0) * rotation_axes(np.array(camera.rotation_deg)) @ camera.M
+    J[:, :, 3:6] = by_point @ (cross_matrix(points - pinhole.centre_mm) @ axes.T)
+    J[:, :, 6] = (to_px @ (ideal / camera.focal_length_mm)[:, :, None])[:, :, 0]
+    px, py = np.array(
+        camera.pixel_size_mm
+    )  # an iteration may reach an aspect of zero: infinite, not an error
     J[:, 0, 7], J[:, 1, 8] = 1 / px, -1 / py
-    J[:, :, 9:13] = -to_px @ _lens_derivatives(plate - camera.principal_point_mm)
+    J[:, :, 9:13] = -to_px @ _distortion_derivatives(plate - camera.principal_point_mm)
     J[:, 1, _ASPECT] = plate[:, 1] / py * px / py
     return pixels, J, by_point
 
 
-def turn_axes(rotation_deg: Float) -> Float:
-    """Return in rows the axes, in camera space, about which omega, phi and kappa turn the points (eq. 5.4)."""
+def rotation_axes(rotation_deg: Float) -> Float:
+    """Return the axes of the successive rotations of a camera.
+
+    Parameters
+    ----------
+    rotation_deg
+        (omega, phi, kappa), shape (3,), degrees.
+
+    Returns
+    -------
+    Float
+        The axes a of omega, phi and kappa in rows, shape (3, 3), camera axes: ``dXc = Xc x a`` per radian.
+
+    References
+    ----------
+    Thesis eq. 5.4.
+    """
     _, phi, kappa = np.radians(rotation_deg)
     sk, ck, sp, cp = np.sin(kappa), np.cos(kappa), np.sin(phi), np.cos(phi)
     return np.array([[ck * cp, -sk * cp, sp], [sk, ck, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _turn_derivatives(camera: Camera, Xc: Float) -> Float:
-    """Return dXc (n, 3, 3) by omega, phi and kappa, per degree."""
-    x, y, z = Xc.T
-    turned = np.empty((len(x), 3, 3))
-    for i, (a, b, c) in enumerate(np.radians(1.0) * turn_axes(np.array(camera.rotation_deg))):
-        turned[:, 0, i], turned[:, 1, i], turned[:, 2, i] = y * c - z * b, z * a - x * c, x * b - y * a
-    return turned
-
-
-def _lens_derivatives(d: Float) -> Float:
-    """Return the derivatives (n, 2, 4) of the ideal offset by K1, K2, P1 and P2, at measured offsets (n, 2)."""
+def _distortion_derivatives(d: Float) -> Float:
+    """Return the derivatives (n, 2, 4) of ideal offsets with respect to K1, K2, P1, P2, at measured offsets (n, 2)."""
     x, y = d[:, 0], d[:, 1]
     r2 = x * x + y * y
     L = np.empty((len(x), 2, 4))
@@ -108,6 +175,7 @@ def _lens_derivatives(d: Float) -> Float:
 
 
 def _inverse_2x2(A: Float) -> Float:
+    """Return the inverses of matrices (n, 2, 2), in a fraction of the time of np.linalg.inv."""
     a, b, c, d = A[:, 0, 0], A[:, 0, 1], A[:, 1, 0], A[:, 1, 1]
     inverse = np.empty_like(A)
     inverse[:, 0, 0], inverse[:, 0, 1], inverse[:, 1, 0], inverse[:, 1, 1] = d, -b, -c, a

@@ -1,1 +1,1 @@
-"""Candidate ball images by template correlation (DETECT-POINT, thesis chapter 4)."""
+"""Ball candidates by template correlation (DETECT-POINT, thesis chapter 4)."""

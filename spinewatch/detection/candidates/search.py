@@ -1,42 +1,43 @@
-"""DETECT-POINT: from an image to its ball features (thesis chapter 4, appendix C)."""
+"""Search for ball candidates by template correlation (DETECT-POINT; thesis chapter 4, appendix C)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from spinewatch.detection.candidates.decision_space import (
-    decision_space,
-    feature_space,
-    peaks,
-    threshold_components,
-)
-from spinewatch.detection.candidates.property_spaces import Planes, PropertySpace, property_planes
+from spinewatch.arrays import Floating, Single
+from spinewatch.detection.candidates.decision_space import decision_space, feature_space
+from spinewatch.detection.candidates.property_spaces import PropertySpace, property_planes
+from spinewatch.detection.candidates.segmentation import peaks, threshold_components
 from spinewatch.detection.candidates.similarity import Measure
 from spinewatch.detection.candidates.surgical_field import FieldParameters, SurgicalField, surgical_field
-from spinewatch.detection.candidates.templates import Side, TemplateSet, default_template_set
+from spinewatch.detection.candidates.templates import TemplateSet, TemplateTree, default_template_set
 from spinewatch.detection.features import Features
 from spinewatch.flags import Flag
-from spinewatch.imaging.exposure import (
-    Exposure,
-    Gray,
-    PreprocessParameters,
-    correct_exposure,
-    log_tone,
-    reduce_image,
-    to_gray,
-    truncated_median_filter,
-)
+from spinewatch.imaging.exposure import Exposure, ExposureParameters, correct_exposure
+from spinewatch.imaging.filters import truncated_median_filter
+from spinewatch.imaging.frame import Frame, Side
+from spinewatch.imaging.pyramid import reduce_image
+from spinewatch.imaging.tone import log_tone
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """One template tree's part in the feature space: property space, measure, weight, and the root's gate.
+    """One template tree's contribution to the feature space.
 
-    ``gate`` None compares with the root alone (the relaxed mode of section 7.2).
+    Attributes
+    ----------
+    space
+        Property space.
+    measure
+        Measure of similarity.
+    weight
+        Weight in the feature space.
+    gate
+        Least similarity of the root for representatives to be compared; None compares with the root only (the relaxed
+        mode of section 7.2).
     """
 
     space: PropertySpace
@@ -47,16 +48,41 @@ class Comparison:
 
 @dataclass(frozen=True)
 class DetectionParameters:
-    """Parameters of ``detect``.
+    """Parameters of `detect`.
 
-    ``log_offset``: gray levels added before the logarithm; ``dark_blur_px``: smoothing of very dark images before
-    it, whose noise the correction has raised. ``median``: apply the truncated median filter to the published
-    spaces. ``scales``: ball sizes to look for, relative to the nominal. ``segmentation``: "peaks" or the thesis's
-    "components"; ``budget``: features (or, for components, features expected, with ``pixels_per_feature`` each).
-    ``score_floor``: least score of a peak. ``sigma_px``: standard deviation of a centre before it is refined.
+    Attributes
+    ----------
+    exposure
+        Correction of the exposure.
+    field
+        Surgical field; its ``segment_px`` is that of the 1995 cart and is scaled with the size of the balls.
+    comparisons
+        Comparisons whose weighted mean is the feature space.
+    log_offset
+        Gray levels added before the logarithm.
+    dark_blur_px
+        Standard deviation of the Gaussian filter of very dark images before the logarithm, px; the correction of their
+        exposure has amplified noise.
+    median
+        Whether the truncated median filter is applied to the published spaces, gray level and edge magnitude.
+    scales
+        Ball sizes that are searched for, relative to the nominal one.
+    segmentation
+        Local maxima ("peaks") or the thesis's components of the best pixels ("components").
+    max_features
+        Number of features to return at most; for components the number expected.
+    pixels_per_feature
+        For components: pixels per expected feature.
+    peak_radius
+        For peaks: half side of the neighbourhood of a maximum, as a fraction of the smaller of a ball's width and
+        height. Two balls closer than half a diameter hide each other.
+    min_score
+        For peaks: least score.
+    sigma_px
+        Standard deviation of a feature's position before refinement, (u, v), px of the searched image.
     """
 
-    preprocess: PreprocessParameters = field(default_factory=PreprocessParameters)
+    exposure: ExposureParameters = field(default_factory=ExposureParameters)
     field: FieldParameters = field(default_factory=FieldParameters)
     comparisons: tuple[Comparison, ...] = (Comparison(PropertySpace.DIRECTIVITY, Measure.CCN),)
     log_offset: float = 4.0
@@ -64,28 +90,28 @@ class DetectionParameters:
     median: bool = False
     scales: tuple[float, ...] = (1.03,)
     segmentation: Literal["peaks", "components"] = "peaks"
-    budget: int = 250
+    max_features: int = 250
     pixels_per_feature: int = 6
-    score_floor: float = 0.2
+    peak_radius: float = 1 / 3
+    min_score: float = 0.2
     sigma_px: tuple[float, float] = (0.15, 0.15)
-
-
-THESIS_1995 = DetectionParameters(
-    comparisons=(
-        Comparison(PropertySpace.GRAY, Measure.RHO, weight=1.0, gate=0.4),
-        Comparison(PropertySpace.EDGE, Measure.CCM, weight=2.0, gate=0.4),
-    ),
-    median=True,
-    scales=(1.0,),
-    segmentation="components",
-    budget=15,
-)
-"""The method as published: gray RHO and edge CCM, K = 2, representatives behind a root gate, budgeted components."""
 
 
 @dataclass(frozen=True, eq=False)
 class Detection:
-    """Features of one image with the field that was searched, the kind of exposure and what is to be remarked."""
+    """Features found in one image.
+
+    Attributes
+    ----------
+    features
+        Possible ball centres, best first.
+    field
+        Part of the image that was searched.
+    exposure
+        Kind of exposure.
+    flags
+        Remarks on the image.
+    """
 
     features: Features
     field: SurgicalField
@@ -93,95 +119,181 @@ class Detection:
     flags: tuple[Flag, ...]
 
 
-def detect(
-    image: NDArray[Any],
+@dataclass(frozen=True, eq=False)
+class CandidateSearch:
+    """The search of one view, prepared for its side, ball size and image size by `prepare_search`.
+
+    Attributes
+    ----------
+    parameters
+        Parameters of the search.
+    reduction
+        Whole factor by which images are reduced before the search.
+    ball_px
+        Nominal width and height of a ball in the reduced image, px.
+    field
+        Parameters of the surgical field in the reduced image.
+    trees
+        Template tree of each comparison, scaled to the ball sizes.
+    """
+
+    parameters: DetectionParameters
+    reduction: int
+    ball_px: tuple[float, float]
+    field: FieldParameters
+    trees: tuple[TemplateTree, ...]
+
+    def detect(self, frame: Frame) -> Detection:
+        """Return the ball features of an image.
+
+        Parameters
+        ----------
+        frame
+            Image of the view that the search is prepared for.
+
+        Returns
+        -------
+        Detection
+            Features, best first, with the field that was searched.
+
+        Raises
+        ------
+        ImageError
+            When the image is not a gray image of 8 or 16 bits.
+        """
+        p, factor = self.parameters, self.reduction
+        gray = frame.gray()
+        whole = SurgicalField(0, 0, gray.shape[1], gray.shape[0])
+        gray, exposure = correct_exposure(gray, p.exposure)
+        if exposure is Exposure.BLANK:
+            return Detection(Features.empty(), whole, exposure, (Flag("blank-image", "the image is blank"),))
+        small = reduce_image(gray, factor)
+        blur_px = p.dark_blur_px if exposure is Exposure.VERY_DARK else 0.0
+        gradient = property_planes(log_tone(small, p.log_offset, blur_px), PropertySpace.DIRECTIVITY)
+        activity = np.abs(gradient[0])
+        activity += np.abs(gradient[1])
+        box = surgical_field(activity, self.field)
+        crop = np.s_[..., box.v0 : box.v1, box.u0 : box.u1]
+        xy, score = self._segment(self._feature_space(small[crop], gradient[crop]))
+        xy = (xy + np.array([box.u0, box.v0])) * factor + (factor - 1) / 2
+        box = SurgicalField(*(factor * edge for edge in (box.u0, box.v0, box.u1, box.v1)))
+        flags = () if len(xy) else (Flag("no-features", "nothing in the image resembles a ball"),)
+        return Detection(self._features(xy, score), box, exposure, flags + _exposure_flags(exposure))
+
+    def _feature_space(self, gray: Single, gradient: Single) -> Floating:
+        """Return the feature space (H, W) of gray levels (H, W) and the gradient (2, H, W) of their logarithm."""
+        if self.parameters.median:
+            gray = truncated_median_filter(gray)
+        comparisons = self.parameters.comparisons
+        decisions = []
+        for c, tree in zip(comparisons, self.trees, strict=True):
+            planes = gradient if c.space is PropertySpace.DIRECTIVITY else property_planes(gray, c.space)
+            decisions.append(decision_space(planes, tree, c.measure, c.gate))
+        return feature_space(decisions, [c.weight for c in comparisons])
+
+    def _segment(self, space: Floating) -> tuple[Floating, Floating]:
+        """Return positions (n, 2), px, and scores (n,) of the features of a feature space (H, W)."""
+        p = self.parameters
+        if p.segmentation == "components":
+            return threshold_components(space, p.max_features * p.pixels_per_feature)
+        radius_px = max(1, round(min(self.ball_px) * p.peak_radius))
+        return peaks(space, p.max_features, radius_px, p.min_score)
+
+    def _features(self, xy: Floating, score: Floating) -> Features:
+        covariance = np.diag(np.square(self.parameters.sigma_px)) * self.reduction**2
+        return Features(xy.astype(np.float64), score.astype(np.float64), np.tile(covariance, (len(xy), 1, 1)))
+
+
+def prepare_search(
     side: Side,
+    ball_px: tuple[float, float],
+    image_size_px: tuple[int, ...],
+    parameters: DetectionParameters,
+    templates: TemplateSet | None = None,
+) -> CandidateSearch:
+    """Return the search of one view, with what does not depend on the image computed in advance.
+
+    Large images are reduced by a whole factor, so that a ball is about as large as in the templates.
+
+    Parameters
+    ----------
+    side
+        Camera whose images are searched.
+    ball_px
+        Nominal width and height of a ball, px.
+    image_size_px
+        Width and height of the images, px.
+    parameters
+        Parameters of the search.
+    templates
+        Template set; None for the one that ships.
+
+    Returns
+    -------
+    CandidateSearch
+        The prepared search.
+    """
+    templates = templates or default_template_set()
+    reduction = round(min(b / t for b, t in zip(ball_px, templates.diameter_px, strict=True)))
+    reduction = max(1, min(reduction, *image_size_px))
+    ball = (ball_px[0] / reduction, ball_px[1] / reduction)
+    across, down = (b / t for b, t in zip(ball, templates.diameter_px, strict=True))
+    sizes = [(across * scale, down * scale) for scale in parameters.scales]
+    segment_px = max(1, round(parameters.field.segment_px * max(across, down)))
+    return CandidateSearch(
+        parameters,
+        reduction,
+        ball,
+        replace(parameters.field, segment_px=segment_px),
+        tuple(templates.trees[side, c.space].scaled(sizes) for c in parameters.comparisons),
+    )
+
+
+def detect(
+    frame: Frame,
     ball_px: tuple[float, float],
     parameters: DetectionParameters,
     templates: TemplateSet | None = None,
 ) -> Detection:
-    """Return the ball features of an 8- or 16-bit gray image (H, W), best first.
+    """Return the ball features of one image; `prepare_search` for several images of one view.
 
-    ``side``: which camera took it. ``ball_px``: nominal (width, height) of a ball's image. Large images are
-    reduced by a whole factor for the search, so that a ball is about as large as in the templates. Raises
-    ``ImageError`` for an image of another kind.
+    Parameters
+    ----------
+    frame
+        The image.
+    ball_px
+        Nominal width and height of a ball, px.
+    parameters
+        Parameters of the search.
+    templates
+        Template set; None for the one that ships.
+
+    Returns
+    -------
+    Detection
+        Features, best first, with the field that was searched.
+
+    Raises
+    ------
+    ImageError
+        When the image is not a gray image of 8 or 16 bits.
+
+    References
+    ----------
+    Thesis chapter 4 and appendix C. By default gradient vectors of the log image are compared with the root only, and
+    features are local maxima; `spinewatch.thesis_1995.detection` has the published parameters.
+
+    Examples
+    --------
+    >>> frame = Frame(np.full((40, 50), 120, np.uint8), "left")
+    >>> detect(frame, (9.1, 10.8), DetectionParameters()).flags
+    (Flag(code='blank-image', detail='the image is blank'),)
     """
-    templates = templates or default_template_set()
-    gray = to_gray(image)
-    whole = SurgicalField(0, 0, gray.shape[1], gray.shape[0])
-    gray, exposure = correct_exposure(gray, parameters.preprocess)
-    if exposure is Exposure.BLANK:
-        return Detection(Features.empty(), whole, exposure, (Flag("blank-image", "the image is blank"),))
-    factor = round(min(b / t for b, t in zip(ball_px, templates.diameter_px, strict=True)))
-    factor = max(1, min(factor, *gray.shape))
-    small = reduce_image(gray, factor)
-    ball = (ball_px[0] / factor, ball_px[1] / factor)
-    blur_px = parameters.dark_blur_px if exposure is Exposure.VERY_DARK else 0.0
-    gradient = property_planes(log_tone(small, parameters.log_offset, blur_px), PropertySpace.DIRECTIVITY)
-    activity = np.abs(gradient[0])
-    activity += np.abs(gradient[1])
-    box = surgical_field(activity, _field_parameters(parameters.field, ball, templates))
-    crop = np.s_[..., box.v0 : box.v1, box.u0 : box.u1]
-    space = _search(small[crop], gradient[crop], side, ball, templates, parameters)
-    xy, score = _segment(space, ball, parameters)
-    xy = (xy + np.array([box.u0, box.v0])) * factor + (factor - 1) / 2
-    box = SurgicalField(*(factor * edge for edge in (box.u0, box.v0, box.u1, box.v1)))
-    flags = () if len(xy) else (Flag("no-features", "nothing in the image resembles a ball"),)
-    return Detection(
-        _features(xy, score, factor, parameters), box, exposure, flags + _exposure_flags(exposure)
-    )
-
-
-def _search(
-    gray: Gray,
-    gradient: Planes,
-    side: Side,
-    ball_px: tuple[float, float],
-    templates: TemplateSet,
-    parameters: DetectionParameters,
-) -> NDArray[np.floating]:
-    """Return the feature space of the field: the weighted mean of the decision spaces, each over all ball sizes.
-
-    The published spaces, gray level and edge magnitude, see the gray image; the directivity is that of its logarithm.
-    """
-    if parameters.median:
-        gray = truncated_median_filter(gray)
-    across, down = (b / t for b, t in zip(ball_px, templates.diameter_px, strict=True))
-    sizes = [(across * scale, down * scale) for scale in parameters.scales]
-    decisions = []
-    for c in parameters.comparisons:
-        planes = gradient if c.space is PropertySpace.DIRECTIVITY else property_planes(gray, c.space)
-        decisions.append(
-            decision_space(planes, templates.trees[side, c.space].scaled(sizes), c.measure, c.gate)
-        )
-    return feature_space(decisions, [c.weight for c in parameters.comparisons])
-
-
-def _segment(
-    space: NDArray[np.floating], ball_px: tuple[float, float], parameters: DetectionParameters
-) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
-    if parameters.segmentation == "components":
-        return threshold_components(space, parameters.budget * parameters.pixels_per_feature)
-    # Two balls cannot be closer than about half a diameter without one hiding the other.
-    radius = max(1, round(min(ball_px) / 3))
-    return peaks(space, parameters.budget, radius, parameters.score_floor)
-
-
-def _field_parameters(
-    parameters: FieldParameters, ball_px: tuple[float, float], templates: TemplateSet
-) -> FieldParameters:
-    ratio = max(b / t for b, t in zip(ball_px, templates.diameter_px, strict=True))
-    return replace(parameters, segment_px=max(1, round(parameters.segment_px * ratio)))
-
-
-def _features(
-    xy: NDArray[np.floating], score: NDArray[np.floating], factor: int, parameters: DetectionParameters
-) -> Features:
-    covariance = np.diag(np.square(parameters.sigma_px)) * factor**2
-    return Features(xy.astype(np.float64), score.astype(np.float64), np.tile(covariance, (len(xy), 1, 1)))
+    return prepare_search(frame.side, ball_px, frame.pixels.shape, parameters, templates).detect(frame)
 
 
 def _exposure_flags(exposure: Exposure) -> tuple[Flag, ...]:
+    """Return the flags of an image's kind of exposure."""
     if exposure is Exposure.GLARE:
         return (
             Flag("image-saturated", "much of the image is saturated; close the aperture or dim the lamp"),

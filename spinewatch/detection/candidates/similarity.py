@@ -1,74 +1,114 @@
-"""Similarity of templates with every place of an image: ED, OCC, CCN, CCM and RHO (section 4.3.1, appendix A).
+"""Similarity of templates with an image at each pixel: ED, OCC, CCN, CCM and RHO, defined by direct sums.
 
-An image here has C planes (one for gray levels, two for gradient vectors); sums run over the template's
-planes and over the pixels of its mask, so that templates are round and not square.
+An image here has C planes (one for gray levels, two for gradient vectors). Sums run over the template's planes and over
+the pixels of its mask, so that templates are round, not square. The window of the image below a template is the
+"shadow" of the thesis. `spinewatch.detection.candidates.correlation` computes the same by Fourier transforms.
+
+References
+----------
+Thesis section 4.3.1 and appendix A.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from spinewatch.arrays import Floating
+
+_MIN_ENERGY = 1e-6
+"""Windows of less energy per pixel (squared gray levels) are flat: their normalized similarity is 0."""
 
 
 class Measure(StrEnum):
     """The five measures of Table 4.1."""
 
     ED = "ED"
-    """Euclidean difference, eq. 4.6; small where alike."""
+    """Euclidean distance, eq. 4.6; small for similar windows."""
     OCC = "OCC"
-    """Orthodox cross-correlation, eq. 4.9."""
+    """Cross-correlation, eq. 4.9 (the thesis's orthodox cross-correlation)."""
     CCN = "CCN"
-    """Cross-correlation with normalisation, eq. 4.12, in [-1, 1]."""
+    """Normalized cross-correlation, eq. 4.12, in [-1, 1]."""
     CCM = "CCM"
-    """Cross-correlation with means adjustment, eq. 4.16."""
+    """Cross-correlation of mean-free windows, eq. 4.16."""
     RHO = "RHO"
-    """Correlation coefficient: both, eq. 4.14, in [-1, 1]."""
+    """Correlation coefficient: mean-free and normalized, eq. 4.14, in [-1, 1]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Templates:
-    """Templates (n, C, h, w) of odd height and width that share a mask (h, w) of 0 and 1."""
+    """Templates that share a mask.
+
+    Attributes
+    ----------
+    planes
+        Templates, shape (n, C, h, w), h and w odd.
+    mask
+        1 at the pixels that count, else 0, shape (h, w).
+    """
 
     planes: Floating
     mask: Floating
 
     @property
     def half(self) -> tuple[int, int]:
-        """Half height and half width."""
+        """Half height and half width, px."""
         return self.mask.shape[0] // 2, self.mask.shape[1] // 2
 
 
-_STRIP = 4
-"""Rows of an image that are transformed together, in heights of the kernel."""
-
-# Shadows with less energy than this per pixel (gray levels squared) are flat: they resemble nothing.
-_FLAT = 1e-6
-
-
 def similarity_spatial(image: Floating, templates: Templates, measure: Measure) -> Floating:
-    """Return the similarity (n, H, W) of n templates at each pixel of planes (C, H, W), by direct sums.
+    """Return the similarity of templates at each pixel of an image, by direct sums.
 
-    Beyond its border the image is continued by reflection. This form is the definition; ``similarity`` is the
-    fast one.
+    Parameters
+    ----------
+    image
+        Planes, shape (C, H, W); continued beyond the border by reflection.
+    templates
+        n templates of C planes.
+    measure
+        Measure of similarity.
+
+    Returns
+    -------
+    Floating
+        Similarity, shape (n, H, W).
+
+    Examples
+    --------
+    >>> ramp = np.arange(25.0).reshape(1, 5, 5)
+    >>> template = Templates(ramp[None, :, 1:4, 1:4], np.ones((3, 3)))
+    >>> similarity_spatial(ramp, template, Measure.ED)[0, 2, 2]
+    np.float64(0.0)
     """
     h, w = (n + k - 1 for n, k in zip(image.shape[1:], templates.mask.shape, strict=True))
-    padded = np.stack([_continue(plane, templates.half, (h, w)) for plane in image])
+    padded = np.stack([extend_by_reflection(plane, templates.half, (h, w)) for plane in image])
     windows = np.lib.stride_tricks.sliding_window_view(padded, templates.mask.shape, axis=(1, 2))
-    shadows = np.moveaxis(windows, 0, 2)  # (H, W, C, h, w)
-    return np.stack([compare_shadows(row, templates, measure) for row in shadows]).transpose(2, 0, 1)
+    windows = np.moveaxis(windows, 0, 2)  # (H, W, C, h, w)
+    return np.stack([compare_windows(row, templates, measure) for row in windows]).transpose(2, 0, 1)
 
 
-def compare_shadows(shadows: Floating, templates: Templates, measure: Measure) -> Floating:
-    """Return the similarity (m, n) of m shadows (m, C, h, w) with n templates."""
+def compare_windows(windows: Floating, templates: Templates, measure: Measure) -> Floating:
+    """Return the similarity of windows with templates.
+
+    Parameters
+    ----------
+    windows
+        Windows of an image, shape (m, C, h, w).
+    templates
+        n templates of the same size.
+    measure
+        Measure of similarity.
+
+    Returns
+    -------
+    Floating
+        Similarity, shape (m, n).
+    """
     inside = templates.mask > 0
-    g = shadows[..., inside]  # (m, C, pixels)
+    g = windows[..., inside]  # (m, C, pixels)
     t = templates.planes[..., inside]
     if measure in (Measure.CCM, Measure.RHO):
         g = g - g.mean(axis=-1, keepdims=True)
@@ -80,42 +120,29 @@ def compare_shadows(shadows: Floating, templates: Templates, measure: Measure) -
     energy, own = (g * g).sum(axis=1), (t * t).sum(axis=1)
     if measure is Measure.ED:
         return np.asarray(np.sqrt(np.maximum(energy[:, None] - 2 * product + own, 0)))
-    return _normalise(product, energy[:, None], own, g.shape[1])
+    return normalize_product(product, energy[:, None], own, g.shape[1])
 
 
-def similarity(image: Floating, templates: Templates, measure: Measure) -> Floating:
-    """Return the similarity (n, H, W) of n templates at each pixel of planes (C, H, W), by Fourier transforms.
+def normalize_product(product: Floating, energy: Floating, own: Floating, terms: int) -> Floating:
+    """Return normalized scalar products of windows and templates.
 
-    Appendix A: a mean-adjusted template makes the shadow's mean drop out of the numerator, and the shadow's
-    energy is a correlation of the squared image with the mask. Equal to ``similarity_spatial`` but for
-    rounding; the precision of the image (float32 or float64) is kept.
+    Parameters
+    ----------
+    product
+        Scalar products; overwritten.
+    energy
+        Sums of squares of the windows, broadcast against the products.
+    own
+        Sums of squares of the templates, broadcast against the products.
+    terms
+        Number of terms of a sum.
+
+    Returns
+    -------
+    Floating
+        ``product / sqrt(energy own)``, the same array; 0 where a window is flat.
     """
-    mask = templates.mask.astype(image.dtype)
-    pixels = mask.sum()
-    t = templates.planes.astype(image.dtype) * mask
-    adjust = measure in (Measure.CCM, Measure.RHO)
-    if adjust:
-        t = (t - t.sum(axis=(-2, -1), keepdims=True) / pixels) * mask
-        image = image - image.mean(axis=(1, 2), keepdims=True)
-    correlation = _Correlator(image, mask.shape)
-    product = correlation(t)
-    if measure in (Measure.OCC, Measure.CCM):
-        return product
-    energy = _Correlator(np.einsum("chw,chw->hw", image, image)[None], mask.shape)(mask[None, None])[0]
-    if measure is Measure.RHO:
-        for plane in range(len(image)):
-            only = np.zeros((1, len(image), *mask.shape), dtype=image.dtype)
-            only[0, plane] = mask
-            energy = energy - correlation(only)[0] ** 2 / pixels
-    own = (t * t).sum(axis=(1, 2, 3))[:, None, None]
-    if measure is Measure.ED:
-        return np.asarray(np.sqrt(np.maximum(energy - 2 * product + own, 0)))
-    return _normalise(product, energy, own, int(pixels) * len(image))
-
-
-def _normalise(product: Floating, energy: Floating, own: Floating, terms: int) -> Floating:
-    """Return ``product / sqrt(energy own)``, in place of the product; zero where a shadow is flat."""
-    floor = _FLAT * terms
+    floor = _MIN_ENERGY * terms
     scale = np.sqrt(np.maximum(energy, floor)).astype(product.dtype, copy=False)
     product /= scale
     product /= np.sqrt(np.maximum(own, floor)).astype(product.dtype, copy=False)
@@ -123,45 +150,23 @@ def _normalise(product: Floating, energy: Floating, own: Floating, terms: int) -
     return product
 
 
-def _continue(plane: Floating, half: tuple[int, int], size: tuple[int, int]) -> Floating:
-    """Return a plane (H, W) continued by reflection to a size, from ``half`` (rows, columns) before its first pixel."""
-    (a, b), (h, w) = half, plane.shape
+def extend_by_reflection(plane: Floating, before: tuple[int, int], size: tuple[int, int]) -> Floating:
+    """Return a plane that is continued by reflection on all sides.
+
+    Parameters
+    ----------
+    plane
+        Gray levels, shape (H, W).
+    before
+        Number of rows and of columns added before the first pixel.
+    size
+        Height and width of the result, px.
+
+    Returns
+    -------
+    Floating
+        Plane of that size; the border pixel is repeated only where the plane is too small to reflect about it.
+    """
+    (a, b), (h, w) = before, plane.shape
     border = cv2.BORDER_REFLECT_101 if h > a and w > b else cv2.BORDER_REFLECT
     return np.asarray(cv2.copyMakeBorder(plane, a, size[0] - h - a, b, size[1] - w - b, border))
-
-
-class _Correlator:
-    """Correlates one image with several kernels, transforming the image once, in strips that stay in the cache.
-
-    OpenCV's transform takes half the time of SciPy's for such sizes.
-    """
-
-    def __init__(self, image: Floating, kernel: tuple[int, ...]) -> None:
-        (self.height, self.width), (high, wide) = image.shape[1:], kernel
-        rows = min(_STRIP * high, self.height)
-        # Wrap-around falls on the margin that is cut off, so the size of a strip with its margin is enough.
-        self.size = cv2.getOptimalDFTSize(rows + high - 1), cv2.getOptimalDFTSize(self.width + wide - 1)
-        self.rows = self.size[0] - high + 1
-        starts = range(0, self.height, self.rows)
-        whole = (starts[-1] + self.size[0], self.size[1])
-        planes = [_continue(plane, (high // 2, wide // 2), whole) for plane in image]
-        self.strips = {v: [cv2.dft(plane[v : v + self.size[0]]) for plane in planes] for v in starts}
-
-    def __call__(self, kernels: Floating) -> Floating:
-        out = np.empty((len(kernels), self.height, self.width), dtype=kernels.dtype)
-        for result, kernel in zip(out, kernels, strict=True):
-            spectra = [self._transform(plane) for plane in kernel]
-            for v, strip in self.strips.items():
-                total = cv2.mulSpectrums(strip[0], spectra[0], 0, conjB=True)
-                for plane, spectrum in zip(strip[1:], spectra[1:], strict=True):
-                    cv2.add(total, cv2.mulSpectrums(plane, spectrum, 0, conjB=True), dst=total)
-                correlation = cv2.idft(total, flags=cv2.DFT_SCALE | cv2.DFT_REAL_OUTPUT)
-                rows = result[v : v + self.rows]
-                rows[:] = correlation[: len(rows), : self.width]
-        return out
-
-    def _transform(self, plane: Floating) -> NDArray[Any]:
-        field = np.zeros(self.size, dtype=plane.dtype)
-        field[: plane.shape[0], : plane.shape[1]] = plane
-        # To say how few rows are not empty (nonzeroRows) would keep OpenCV from its fastest transform.
-        return cv2.dft(field)

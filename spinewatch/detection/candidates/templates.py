@@ -1,4 +1,4 @@
-"""Template trees: a root and its representatives in a property space (thesis section 4.3.2)."""
+"""Template trees and sets: a root and its representatives in each property space (thesis section 4.3.2)."""
 
 from __future__ import annotations
 
@@ -6,19 +6,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
-from typing import Literal, get_args
 
 import cv2
 import numpy as np
 
 from spinewatch.array_file import reading_arrays, write_arrays
 from spinewatch.arrays import Floating
-from spinewatch.detection.candidates.clusters import complete_link
 from spinewatch.detection.candidates.property_spaces import PropertySpace
 from spinewatch.errors import SpinewatchError
+from spinewatch.imaging.frame import SIDES, Side
 
 HALF = 9
-"""Half size of a stored template: 19 x 19 pixels, as in the thesis."""
+"""Half size of a stored template, px: 19 x 19 pixels, as in the thesis."""
+
+_PARTS = ("roots", "representatives", "mask")
 
 
 class TemplateError(SpinewatchError):
@@ -27,14 +28,20 @@ class TemplateError(SpinewatchError):
     code = "invalid-templates"
 
 
-_PARTS = ("roots", "representatives", "mask")
-
-
 @dataclass(frozen=True, eq=False)
 class TemplateTree:
-    """Roots (k, C, h, w) over representatives (n, C, h, w) of one property space, with a round mask (h, w).
+    """Roots and representatives of one property space.
 
-    A stored tree has one root; a tree for several ball sizes has one root a size.
+    Attributes
+    ----------
+    space
+        Property space, with C planes.
+    roots
+        Shape (k, C, h, w): one root in a stored tree, one per ball size in a scaled one.
+    representatives
+        Shape (n, C, h, w).
+    mask
+        1 within a round mask, else 0, shape (h, w).
     """
 
     space: PropertySpace
@@ -43,7 +50,18 @@ class TemplateTree:
     mask: Floating
 
     def scaled(self, factors: Sequence[tuple[float, float]]) -> TemplateTree:
-        """Return a tree for balls larger by each of the factors (across, down); all share the largest one's mask."""
+        """Return the tree for several sizes of balls.
+
+        Parameters
+        ----------
+        factors
+            Sizes relative to this tree's, each (horizontal, vertical).
+
+        Returns
+        -------
+        TemplateTree
+            Roots and representatives of all sizes, with the mask of the largest.
+        """
         largest = max(a for a, _ in factors), max(d for _, d in factors)
         h, w = (2 * max(1, round(HALF * f)) + 1 for f in reversed(largest))
         return TemplateTree(
@@ -54,16 +72,22 @@ class TemplateTree:
         )
 
 
-Side = Literal["left", "right"]
-
-
 @dataclass(frozen=True, eq=False)
 class TemplateSet:
-    """Trees of each side's property spaces, made from balls of ``diameter_px`` (width, height).
+    """Template trees of both sides in all property spaces.
 
-    The lamp hangs between the cameras, so that its reflection sits on the inner side of a ball: right of the
-    centre in the left image, left of it in the right one. One tree for both would place every ball a quarter
-    of a pixel wrong, with opposite signs in the two views, which is half a millimetre of depth.
+    The lamp is between the cameras, so that its reflection is on the inner side of a ball: right of the centre in the
+    left image, left of it in the right one. A tree common to both sides would shift all balls by a quarter of a pixel,
+    with opposite signs in the two views, which is half a millimetre of depth.
+
+    Attributes
+    ----------
+    version
+        Name of the set, stored with results.
+    diameter_px
+        Width and height of the balls of the templates, px.
+    trees
+        Tree of each side and property space.
     """
 
     version: str
@@ -71,126 +95,78 @@ class TemplateSet:
     trees: Mapping[tuple[Side, PropertySpace], TemplateTree]
 
 
-def build_tree(space: PropertySpace, samples: Floating, mask: Floating, clusters: int) -> TemplateTree:
-    """Return the tree of samples (m, C, 19, 19): complete-link classes on 1 - rho, their means, and the means' mean.
-
-    The thesis sorted its samples by eye into six gray and four edge classes. Raises ``TemplateError`` with fewer
-    samples than clusters.
-    """
-    if len(samples) < clusters:
-        raise TemplateError(f"{clusters} template classes need at least as many samples, not {len(samples)}")
-    unit = normalise_samples(space, samples, mask)
-    of = complete_link(sample_distances(unit), clusters)
-    representatives = np.stack([unit[of == label].mean(axis=0) for label in np.unique(of)])
-    return TemplateTree(
-        space,
-        representatives.mean(axis=0, keepdims=True).astype(np.float32),
-        representatives.astype(np.float32),
-        mask.astype(np.float32),
-    )
-
-
-def normalise_samples(space: PropertySpace, samples: Floating, mask: Floating) -> Floating:
-    """Return samples (m, C, 19, 19) of norm 1, zero outside the mask: a well-lit ball must not outvote a dark one.
-
-    Gray levels and edges lose their mean, gradient vectors do not. Raises ``TemplateError`` for a flat sample.
-    """
-    inside = samples[..., mask > 0]
-    if space is not PropertySpace.DIRECTIVITY:
-        inside = inside - inside.mean(axis=-1, keepdims=True)
-    norm = np.linalg.norm(inside.reshape(len(samples), -1), axis=1)
-    if not np.all(norm > 0):
-        raise TemplateError("a sample is a flat patch; leave it out of the annotation")
-    unit = np.zeros_like(samples)
-    unit[..., mask > 0] = inside / norm[:, None, None]
-    return unit
-
-
-def sample_distances(unit: Floating) -> Floating:
-    """Return 1 - rho (m, m) of normalised samples with each other."""
-    distance = np.clip(1 - proximity_matrix(unit), 0, None)
-    np.fill_diagonal(distance, 0)
-    return distance
-
-
-def proximity_matrix(templates: Floating) -> Floating:
-    """Return the (n, n) similarities of masked templates (n, C, h, w) with each other (Tables 4.2 and 4.3)."""
-    flat = templates.reshape(len(templates), -1)
-    flat = flat / np.linalg.norm(flat, axis=1, keepdims=True)
-    return np.asarray(flat @ flat.T)
-
-
-def tree_proximities(tree: TemplateTree) -> Floating:
-    """Return the proximity matrix (n + 1, n + 1) of a tree: first the mean of its representatives, then these.
-
-    That mean is the root as the thesis has it; a root that was whitened later no longer looks like its samples.
-    """
-    root = tree.representatives.mean(axis=0, keepdims=True)
-    return proximity_matrix(np.concatenate([root, tree.representatives]))
-
-
-def round_mask(diameter_px: tuple[float, float], margin: float) -> Floating:
-    """Return a (19, 19) mask of 1 within ``margin`` ball radii of the centre, round on the plate, oval in pixels."""
-    y, x = np.mgrid[-HALF : HALF + 1, -HALF : HALF + 1]
-    a, b = (0.5 * margin * d for d in diameter_px)
-    return np.asarray((x / a) ** 2 + (y / b) ** 2 <= 1, dtype=np.float32)
-
-
-def cut_samples(
-    planes: Floating, centres_px: Sequence[tuple[float, float]], scale: tuple[float, float]
-) -> Floating:
-    """Return patches (m, C, 19, 19) about sub-pixel centres, shrunk by ``scale`` = reference size over actual size."""
-    across, down = 1 / scale[0], 1 / scale[1]
-    y, x = np.mgrid[-HALF : HALF + 1, -HALF : HALF + 1].astype(np.float32)
-    patches = [
-        [
-            cv2.remap(
-                np.ascontiguousarray(plane),
-                (x * across + u).astype(np.float32),
-                (y * down + v).astype(np.float32),
-                cv2.INTER_LINEAR,
-                borderMode=cv2.BORDER_REFLECT_101,
-            )
-            for plane in planes
-        ]
-        for u, v in centres_px
-    ]
-    return np.array(patches, dtype=np.float32).reshape(-1, len(planes), 2 * HALF + 1, 2 * HALF + 1)
-
-
 def write_template_set(templates: TemplateSet) -> bytes:
-    """Return the bytes of a template set file."""
-    about = {"version": templates.version, "diameter_px": templates.diameter_px}
+    """Return a template set as the contents of a file.
+
+    Parameters
+    ----------
+    templates
+        The set.
+
+    Returns
+    -------
+    bytes
+        Contents of an npz file, read by `read_template_set`.
+    """
+    description = {"version": templates.version, "diameter_px": templates.diameter_px}
     arrays = {
         f"{side}_{space}_{part}": getattr(tree, part)
         for (side, space), tree in templates.trees.items()
         for part in _PARTS
     }
-    return write_arrays(about, arrays)
+    return write_arrays(description, arrays)
 
 
 def read_template_set(data: bytes) -> TemplateSet:
-    """Return the template set of a file's bytes; raise ``TemplateError`` when it is none."""
+    """Return the template set of a file.
+
+    Parameters
+    ----------
+    data
+        Contents of a file written by `write_template_set` or ``spinewatch templates build``.
+
+    Returns
+    -------
+    TemplateSet
+        The set.
+
+    Raises
+    ------
+    TemplateError
+        When the file holds no template set.
+
+    Examples
+    --------
+    >>> templates = default_template_set()
+    >>> read_template_set(write_template_set(templates)).version == templates.version
+    True
+    """
     with reading_arrays(
         data, TemplateError("the file is not a template set; build one with `spinewatch templates build`")
-    ) as (about, arrays):
+    ) as (description, arrays):
         trees = {
             (side, space): TemplateTree(space, *(arrays[f"{side}_{space}_{part}"] for part in _PARTS))
-            for side in get_args(Side)
+            for side in SIDES
             for space in PropertySpace
         }
-        width, height = about["diameter_px"]
-        return TemplateSet(str(about["version"]), (float(width), float(height)), trees)
+        width, height = description["diameter_px"]
+        return TemplateSet(str(description["version"]), (float(width), float(height)), trees)
 
 
 @cache
 def default_template_set() -> TemplateSet:
-    """Return the set that ships with the library, made from samples/D1 by ``spinewatch templates build``."""
+    """Return the template set that ships with the library.
+
+    Returns
+    -------
+    TemplateSet
+        Made from samples/D1 by ``spinewatch templates build``; read once per process.
+    """
     return read_template_set(resources.files(__package__).joinpath("templates.npz").read_bytes())
 
 
 def _resample(planes: Floating, factor: tuple[float, float], size: tuple[int, int]) -> Floating:
-    """Return planes (n, C, h', w') enlarged by ``factor`` (across, down) about their centre; zero beyond the edge."""
+    """Return planes (n, C, h', w') enlarged about their centre by (horizontal, vertical) factors; zero outside."""
     h, w = planes.shape[-2:]
     y, x = np.mgrid[: size[0], : size[1]]
     map_x = ((x - size[1] // 2) / factor[0] + w // 2).astype(np.float32)

@@ -1,199 +1,302 @@
-"""Centres: networks look at every promising feature and say what it is and where.
+"""Sub-pixel centres of balls with covariance, in two steps: `propose` per view, then `refine` for both views.
 
-The scout, a small network, ranks the features. The judge, a larger one, looks at the best of them, three times. First,
-at a few, for what all balls share but the rig does not tell: how large they are, since the wound may lie nearer or
-further than where the cameras' axes meet, and where the lamp hangs. Then at all of them, knowing both; and at the
-best once more, turned by half a turn: what a network gets wrong by itself is seldom the same the other way round.
+The proposal network, a small one, ranks all candidates of a view. The refinement network, a larger one, runs three
+times. First on a few of the best proposals, for what the balls of a view share but the rig does not determine: their
+size, because the wound may be nearer or farther than where the optical axes meet, and the direction of the lamp. Then
+on the best proposals with both known. Last on the best of these rotated by 180 degrees: the errors of a network in
+the two orientations are only partly correlated, so that their mean is more accurate.
 """
 
 from __future__ import annotations
 
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from spinewatch.arrays import Float, Single
+from spinewatch.arrays import Bool, Float, Int, Single
 from spinewatch.camera import Camera
 from spinewatch.detection.features import Features
-from spinewatch.detection.refinement.lamp import Reflections, measured_lamp
-from spinewatch.detection.refinement.networks import BallEstimates, BallNet, default_ball_nets, look
-from spinewatch.detection.refinement.patches import cut_patches, patch_tone
-from spinewatch.imaging.exposure import to_gray
+from spinewatch.detection.refinement.lamp import LampEstimates, estimate_lamp
+from spinewatch.detection.refinement.networks import BallEstimates, BallNetwork, BallNetworks, predict_balls
+from spinewatch.detection.refinement.outlines import outline_offsets
+from spinewatch.detection.refinement.patches import cut_patches
+from spinewatch.imaging.frame import Frame
+from spinewatch.imaging.tone import patch_tone
 from spinewatch.parallel import both
 
 
 @dataclass(frozen=True)
 class CentreParameters:
-    """Parameters of centres; lengths are in radii of the ball.
+    """Parameters of `propose` and `refine`; lengths in radii of the ball.
 
-    ``judged``: how many of the best features of a view the judge looks at, ``asked`` of them first for what balls
-    share, ``turned`` of them once more; ``kept``: how many are handed on. ``likely``: features count for what balls
-    share that are balls with at least these odds, if there are ``min_likely`` of them. ``lamp_sd``: how far
-    from midway between the cameras the lamp may hang, radians an axis. ``same``: features whose centres come closer
-    than this are one. ``reach``: how far a centre may lie from its feature. ``alike``: correlation of the errors of a
-    look and one that is turned, as on simulated pictures. ``misfit``: standard deviation per axis
-    of what simulated pictures do not know of real ones. ``max_log_odds``: a network's log-odds count up to this, and a
-    template's likeness of 1 as ``likeness`` of them: what looks like a ball to one may be a clot to the other.
+    Attributes
+    ----------
+    n_shared
+        Number of best proposals per view from which ball size and lamp direction are estimated.
+    n_refined
+        Number of best proposals per view that are refined.
+    n_rotated
+        Number of the best of these that are refined in both orientations.
+    n_kept
+        Number of features per view to return at most.
+    min_odds
+        Least odds of a ball for an estimate to contribute to ball size and lamp direction.
+    min_balls
+        Least number of such estimates. With fewer the nominal size holds, and the lamp input of the networks counts as
+        expected, not as measured.
+    lamp_sd_rad
+        Standard deviation per axis of the lamp's direction about that of the point midway between the cameras, radians.
+    merge_radius
+        Features whose centres are closer than this are one.
+    max_shift
+        Greatest distance per axis of a centre from its candidate.
+    rotation_correlation
+        Correlation of the errors of the two orientations, measured on simulated images.
+    model_sd
+        Standard deviation per axis of errors on real images that simulated images do not have.
+    max_log_odds
+        A network's log-odds are clipped to this magnitude.
+    template_weight
+        Log-odds that correspond to a template similarity of 1; a blood clot may deceive either criterion.
     """
 
-    judged: int = 60
-    asked: int = 24
-    turned: int = 24
-    kept: int = 150
-    likely: float = 3.0
-    min_likely: int = 4
-    lamp_sd: float = 0.11
-    same: float = 0.4
-    reach: float = 0.7
-    alike: float = 0.8
-    misfit: float = 0.008
+    n_shared: int = 24
+    n_refined: int = 60
+    n_rotated: int = 24
+    n_kept: int = 150
+    min_odds: float = 3.0
+    min_balls: int = 4
+    lamp_sd_rad: float = 0.11
+    merge_radius: float = 0.4
+    max_shift: float = 0.7
+    rotation_correlation: float = 0.8
+    model_sd: float = 0.008
     max_log_odds: float = 6.0
-    likeness: float = 20.0
+    template_weight: float = 20.0
 
 
 @dataclass(frozen=True, eq=False)
-class CandidateView:
-    """One camera's part: its 8- or 16-bit gray image (H, W), features, and the nominal (width, height) of balls.
+class NominalView:
+    """What the rig determines of the balls in one view.
 
-    ``lamp`` (2,): the u and v components of the unit vector from the field to where the cart's lamp should hang.
+    Attributes
+    ----------
+    camera
+        Camera of the view.
+    ball_px
+        Width and height of a ball at the nominal range, px.
+    lamp
+        Expected lamp direction: (u, v) part of the unit vector from the balls to the lamp, shape (2,).
     """
 
     camera: Camera
-    image: NDArray[np.unsignedinteger]
-    features: Features
     ball_px: tuple[float, float]
     lamp: Float
 
 
 @dataclass(frozen=True, eq=False)
-class Ranking:
-    """A view's n features as the scout ranked them, and what the balls among them share.
+class Proposals:
+    """The n candidates of one view after the proposal network, and what the balls among them share.
 
-    ``tone`` (H, W) of the image; ``centre`` (n, 2), px, ``covariance`` (n, 2, 2), px², ``visible`` (n,) and ``score``
-    (n,) so far; ``ball`` (2,), px, the size of balls; ``reflections`` of the lamp in the likely ones.
+    Attributes
+    ----------
+    camera
+        Camera of the view.
+    network
+        Refinement network for the size of the balls.
+    tone
+        Log gray levels, shape (H, W).
+    similarity
+        Template similarity in [0, 1], shape (n,).
+    centre
+        Centres of outlines (u, v), shape (n, 2), px.
+    covariance
+        Covariances of the centres, shape (n, 2, 2), px^2.
+    visible
+        Visible fraction of the outlines, 0 to 1, shape (n,).
+    score
+        Scores in [0, 1], shape (n,).
+    ball_px
+        Width and height of a ball, shape (2,), px.
+    lamp
+        Lamp directions estimated from the most probable balls.
     """
 
-    view: CandidateView
-    judge: BallNet
+    camera: Camera
+    network: BallNetwork
     tone: Single
+    similarity: Float
     centre: Float
     covariance: Float
     visible: Float
     score: Float
-    ball: Float
-    reflections: Reflections
+    ball_px: Float
+    lamp: LampEstimates
 
 
-def rank_features(view: CandidateView, parameters: CentreParameters) -> Ranking:
-    """Return a view's features as the scout ranks them, with the size of balls and the lamp by the best of them."""
-    p, features, nets = parameters, view.features, default_ball_nets()
-    tone, ball = patch_tone(to_gray(view.image)), np.array(view.ball_px)
-    judge = nets.judge(view.ball_px[0])
-    seen, centre = _look_at(_Look(nets.scout, tone, ball, view.lamp, False, p.reach), features.xy_px)
-    covariance, score = _covariance(seen, ball), _score(seen, features.score, p)
-    ratio = _size(seen, p)
-    asked = np.argsort(-score, kind="stable")[: p.asked]
-    # Balls that look larger are nearer, and there the lamp stands further from the camera's axis.
-    first = _Look(judge, tone, ball * ratio, view.lamp * ratio, False, p.reach)
-    answer, centre[asked] = _look_at(first, centre[asked])
-    likely = answer.log_odds > np.log(p.likely)
-    reflections = Reflections(view.camera, first.lamp, answer.lamp[likely], answer.lamp_sd[likely])
-    ball = first.ball * _size(answer, p)
-    return Ranking(view, judge, tone, centre, covariance, seen.visible, score, ball, reflections)
+def propose(
+    view: NominalView,
+    frame: Frame,
+    candidates: Features,
+    networks: BallNetworks,
+    parameters: CentreParameters,
+) -> Proposals:
+    """Return the candidates of a view ranked by the proposal network, with the size of balls and the lamp direction.
 
+    Parameters
+    ----------
+    view
+        Camera, nominal size of balls and expected lamp direction.
+    frame
+        Image of the view.
+    candidates
+        n candidates, scored by template similarity.
+    networks
+        Proposal and refinement networks.
+    parameters
+        Counts and thresholds.
 
-def settle_centres(
-    rankings: tuple[Ranking, Ranking], parameters: CentreParameters
-) -> tuple[Features, Features]:
-    """Return the features of both views with centres, covariances and scores settled, likeliest balls first.
-
-    The score joins the network's odds of a ball and the likeness of templates. Features that turn out to be the same
-    ball are one.
+    Returns
+    -------
+    Proposals
+        n proposals, in the order of the candidates.
     """
-    known = max(len(r.reflections.sd) for r in rankings) >= parameters.min_likely
-    lamps = measured_lamp([r.reflections for r in rankings], parameters.lamp_sd)
-    left, right = zip(rankings, lamps, strict=True)
-    return both(lambda part: _settle(*part, known, parameters), left, right)
-
-
-def _settle(ranking: Ranking, lamp: Float, known: bool, p: CentreParameters) -> Features:
-    r, ball = ranking, ranking.ball
-    centre, covariance, visible, score = (a.copy() for a in (r.centre, r.covariance, r.visible, r.score))
-    look = _Look(r.judge, r.tone, ball, lamp, known, p.reach)
-    best = np.argsort(-score, kind="stable")[: p.judged]
-    seen, centre[best] = _look_at(look, centre[best])
-    covariance[best], visible[best] = _covariance(seen, ball), seen.visible
-    score[best] = _score(seen, r.view.features.score[best], p)
-    best = np.argsort(-score, kind="stable")[: p.turned]
-    seen, again = _look_at(look, centre[best], turned=True)
-    centre[best] = (centre[best] + again) / 2
-    covariance[best] = (covariance[best] + _covariance(seen, ball)) / 2 * ((1 + p.alike) / 2)
-    order = np.argsort(-score, kind="stable")
-    order = order[_distinct(centre[order] / (ball / 2), p.same)][: p.kept]
-    settled = centre[order] - outline_offsets(r.view.camera, centre[order], ball[0])
-    unknown = np.diag(np.square(p.misfit * ball / 2))
-    return Features(settled, score[order], covariance[order] + unknown, visible[order])
-
-
-@dataclass(frozen=True, eq=False)
-class _Look:
-    """How to look: which network at which picture, the size of balls (2,), px, the lamp (2,) and is it measured."""
-
-    net: BallNet
-    tone: Single
-    ball: Float
-    lamp: Float
-    known: bool
-    reach: float
-
-
-def _look_at(how: _Look, places: Float, turned: bool = False) -> tuple[BallEstimates, Float]:
-    """Return what is seen at places (n, 2), px, and the centres (n, 2), px, of outlines; ``turned`` by half a turn."""
-    pixel = np.rint(places).astype(np.intp)
-    patches = cut_patches(how.tone, pixel, (how.ball[0], how.ball[1]), how.net.grid)
-    way = -1 if turned else 1
-    seen = look(how.net, patches[:, ::way, ::way], way * how.lamp, how.known)
-    return seen, pixel + (way * seen.offset).clip(-how.reach, how.reach) * (how.ball / 2)
-
-
-def outline_offsets(camera: Camera, outline_px: Float, width_px: float) -> Float:
-    """Return by how much (n, 2), px, the centres of outlines at pixels (n, 2) lie off the images of the balls' centres.
-
-    A ball's outline is the section of a cone that opens by its apparent radius a about the line of sight, at the
-    angle t from the axis; that ellipse's centre is ``tan t tan²a (1 + tan²t) / (1 - tan²t tan²a)`` further out than
-    the image of the cone's axis. ``width_px`` of a ball's image near the axis.
-    """
-    pitch = np.array(camera.pixel_size_mm)
-    ideal = camera.undistort(camera.plate(outline_px))
-    tan2_t = np.square(ideal / camera.focal_length_mm).sum(axis=1, keepdims=True)
-    tan2_a = (width_px * pitch[0] / 2 / camera.focal_length_mm) ** 2
-    outwards = ideal * tan2_a * (1 + tan2_t) / (1 - tan2_t * tan2_a)
-    return np.asarray(outwards / (pitch * (1, -1)))
-
-
-def _size(seen: BallEstimates, p: CentreParameters) -> float:
-    """Return by what factor the likely balls of a view are larger than thought."""
-    likely = seen.log_odds > np.log(p.likely)
-    return float(np.exp(np.median(seen.log_size[likely]))) if likely.sum() >= p.min_likely else 1.0
-
-
-def _score(seen: BallEstimates, likeness: Float, p: CentreParameters) -> Float:
-    """Return scores (n,) in [0, 1]: a template's likeness counts as ``likeness`` log-odds of the network's."""
-    odds = seen.log_odds.clip(-p.max_log_odds, p.max_log_odds)
-    return np.asarray(
-        (likeness + (odds + p.max_log_odds) / p.likeness) / (1 + 2 * p.max_log_odds / p.likeness)
+    p = parameters
+    tone, nominal_px = patch_tone(frame.gray()), np.array(view.ball_px)
+    first = _Predictor(networks.proposal, tone, nominal_px, view.lamp, False, p.max_shift)
+    proposed, centre = first.at(candidates.xy_px)
+    covariance, score = _covariance_px2(proposed, nominal_px), _score(proposed, candidates.score, p)
+    # Balls that appear larger are nearer; there the lamp is at a larger angle to the optical axis.
+    ratio = _size_ratio(proposed, p)
+    network = networks.refinement_network(view.ball_px[0])
+    second = _Predictor(network, tone, nominal_px * ratio, view.lamp * ratio, False, p.max_shift)
+    best = _best(score, p.n_shared)
+    refined, centre[best] = second.at(centre[best])
+    balls = _probable(refined, p)
+    lamp = LampEstimates(view.camera, second.lamp, refined.lamp[balls], refined.lamp_sd[balls])
+    ball_px = second.ball_px * _size_ratio(refined, p)
+    return Proposals(
+        view.camera,
+        network,
+        tone,
+        candidates.score,
+        centre,
+        covariance,
+        proposed.visible,
+        score,
+        ball_px,
+        lamp,
     )
 
 
-def _covariance(seen: BallEstimates, ball_px: Float) -> Float:
-    return np.asarray(seen.covariance * np.outer(ball_px, ball_px) / 4)
+def refine(
+    proposals: tuple[Proposals, Proposals], parameters: CentreParameters, pool: Executor | None = None
+) -> tuple[Features, Features]:
+    """Return the features of both views with refined centres, most probable balls first.
+
+    Parameters
+    ----------
+    proposals
+        Proposals of the left and the right view.
+    parameters
+        Counts and thresholds.
+    pool
+        Executes the right view at the same time as the left one; None for one after the other.
+
+    Returns
+    -------
+    tuple of Features
+        Left and right features: centres of the balls' images, px, with covariances. Scores combine the network's odds
+        and the template similarity. Proposals of the same ball are one feature.
+    """
+    measured = max(len(view.lamp.sd) for view in proposals) >= parameters.min_balls
+    lamps = estimate_lamp([view.lamp for view in proposals], parameters.lamp_sd_rad)
+    left, right = zip(proposals, lamps, strict=True)
+    return both(lambda part: _refine(*part, measured, parameters), left, right, pool)
 
 
-def _distinct(places: Float, least: float) -> NDArray[np.intp]:
-    """Return the indices of places (n, 2) that no earlier one is nearer to than ``least``."""
-    kept = np.ones(len(places), dtype=bool)
-    for first, later in sorted(cKDTree(places).query_pairs(least)):
+def _refine(proposals: Proposals, lamp: Float, lamp_is_measured: bool, p: CentreParameters) -> Features:
+    """Return the features of one view, given the lamp direction (2,)."""
+    view, ball_px = proposals, proposals.ball_px
+    predictor = _Predictor(view.network, view.tone, ball_px, lamp, lamp_is_measured, p.max_shift)
+    centre, covariance, visible, score = (
+        a.copy() for a in (view.centre, view.covariance, view.visible, view.score)
+    )
+    best = _best(score, p.n_refined)
+    upright, centre[best] = predictor.at(centre[best])
+    covariance[best], visible[best] = _covariance_px2(upright, ball_px), upright.visible
+    score[best] = _score(upright, view.similarity[best], p)
+
+    best = _best(score, p.n_rotated)
+    rotated, rotated_centre = predictor.at(centre[best], rotated=True)
+    centre[best] = (centre[best] + rotated_centre) / 2
+    mean_covariance = (covariance[best] + _covariance_px2(rotated, ball_px)) / 2
+    covariance[best] = mean_covariance * ((1 + p.rotation_correlation) / 2)
+
+    order = _best(score, len(score))
+    order = order[_without_duplicates(centre[order] / (ball_px / 2), p.merge_radius)][: p.n_kept]
+    xy_px = centre[order] - outline_offsets(view.camera, centre[order], ball_px[0])
+    model_covariance = np.diag(np.square(p.model_sd * ball_px / 2))
+    return Features(xy_px, score[order], covariance[order] + model_covariance, visible[order])
+
+
+@dataclass(frozen=True, eq=False)
+class _Predictor:
+    """A network and what the patches of an image share: log gray levels (H, W), ball size (2,), lamp (2,)."""
+
+    network: BallNetwork
+    tone: Single
+    ball_px: Float
+    lamp: Float
+    lamp_is_measured: bool
+    max_shift: float
+
+    def at(self, positions_px: Float, rotated: bool = False) -> tuple[BallEstimates, Float]:
+        """Return estimates at positions (n, 2), px, and centres (n, 2), px; optionally from patches rotated by 180°."""
+        pixel = np.rint(positions_px).astype(np.intp)
+        patches = cut_patches(self.tone, pixel, (self.ball_px[0], self.ball_px[1]), self.network.grid)
+        sign = -1 if rotated else 1
+        patches, lamp = patches[:, ::sign, ::sign], sign * self.lamp
+        estimates = predict_balls(self.network, patches, lamp, self.lamp_is_measured)
+        shift = (sign * estimates.offset).clip(-self.max_shift, self.max_shift)
+        return estimates, pixel + shift * (self.ball_px / 2)
+
+
+def _best(score: Float, count: int) -> Int:
+    """Return the indices of the highest scores (n,), best first."""
+    return np.argsort(-score, kind="stable")[:count]
+
+
+def _probable(estimates: BallEstimates, p: CentreParameters) -> Bool:
+    """Return the mask (n,) of probable balls."""
+    return np.asarray(estimates.log_odds > np.log(p.min_odds))
+
+
+def _size_ratio(estimates: BallEstimates, p: CentreParameters) -> float:
+    """Return the median size of the probable balls over that of the patches, 1 when they are too few."""
+    balls = _probable(estimates, p)
+    return float(np.exp(np.median(estimates.log_size[balls]))) if balls.sum() >= p.min_balls else 1.0
+
+
+def _score(estimates: BallEstimates, similarity: Float, p: CentreParameters) -> Float:
+    """Return scores (n,) in [0, 1]: the weighted sum of log-odds and template similarity (n,)."""
+    log_odds = estimates.log_odds.clip(-p.max_log_odds, p.max_log_odds)
+    return np.asarray(
+        (similarity + (log_odds + p.max_log_odds) / p.template_weight)
+        / (1 + 2 * p.max_log_odds / p.template_weight)
+    )
+
+
+def _covariance_px2(estimates: BallEstimates, ball_px: Float) -> Float:
+    """Return the covariances (n, 2, 2) of centres, px^2, for a size (2,) of balls, px."""
+    return np.asarray(estimates.covariance * np.outer(ball_px, ball_px) / 4)
+
+
+def _without_duplicates(positions: Float, radius: float) -> Int:
+    """Return the indices of positions (n, 2) that are farther than a radius from every retained earlier one."""
+    kept = np.ones(len(positions), dtype=bool)
+    for first, later in sorted(cKDTree(positions).query_pairs(radius)):
         kept[later] &= not kept[first]
     return np.flatnonzero(kept)

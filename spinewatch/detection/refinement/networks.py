@@ -1,36 +1,87 @@
-"""Small convolutional networks that look at the patch about a feature and say whether and where a ball is.
+"""Small convolutional networks that estimate from a patch whether it shows a ball, and the ball's centre.
 
-They have learnt from simulated pictures alone (``training/``). They are told where the cart's lamp should hang as seen
-from the camera, since a lamp that lights a ball from its right also shades its left. The weights are data,
-``networks.npz``.
+They were trained with simulated images only (``training/``). The expected or measured direction of the cart's lamp is
+an input, because light from the right also shades a ball's left side.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
-from importlib import resources
 
 import numpy as np
 
-from spinewatch.array_file import reading_arrays, write_arrays
 from spinewatch.arrays import Float, Single
 from spinewatch.detection.refinement.patches import PatchGrid
-from spinewatch.errors import BallNetError
 
 _BLOCK = 256
-"""Patches looked at together: few enough to take little memory, many enough that two threads seldom wait for each
-other between NumPy's calls."""
+"""Patches processed together: few enough to use little memory, many enough that two threads seldom wait for each other
+between NumPy's calls."""
 _CONTRAST_FLOOR = np.float32(0.05)
-"""Patches whose log gray levels vary by less than about this are noise or nothing, and stay faint."""
+"""Part of the networks' definition: patches whose log gray levels vary by less than about this stay faint."""
+
+OUTPUTS = (
+    "log_odds",
+    "u",
+    "v",
+    "log_u",
+    "log_v",
+    "off_diagonal",
+    "visible",
+    "log_size",
+    "lamp_u",
+    "lamp_v",
+    "log_lamp",
+)
+"""Outputs of the last layer, in order."""
+
+
+@dataclass(frozen=True)
+class OutputScales:
+    """Scales that turn the networks' outputs, all of order 1, into estimates.
+
+    Attributes
+    ----------
+    offset
+        Unit of ``u`` and ``v``, radii of the ball.
+    log_precision
+        Added to ``log_u`` and ``log_v`` to give the logarithms of precisions, per radius.
+    log_size
+        Unit of ``log_size``.
+    lamp
+        Unit of ``lamp_u`` and ``lamp_v``, on the unit sphere.
+    log_lamp
+        Added to ``log_lamp`` to give the logarithm of the precision of the lamp direction.
+    dof
+        Degrees of freedom of Student's t distribution whose likelihood was maximized in training.
+    """
+
+    offset: float = 0.3
+    log_precision: float = 3.0
+    log_size: float = 0.1
+    lamp: float = 0.3
+    log_lamp: float = 2.0
+    dof: float = 8.0
+
+
+SCALES = OutputScales()
 
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """Weights (h, w, channels in, channels out) and bias (channels out,) of a convolution without padding.
+    """A convolution without padding.
 
-    ``lamp`` (3, channels out): what each component of the lamp's direction, and that it is known, adds to the bias.
+    Attributes
+    ----------
+    weights
+        Shape (h, w, channels in, channels out).
+    bias
+        Shape (channels out,).
+    stride
+        Step between windows, samples.
+    lamp
+        Added to the bias per component of the lamp direction (u, v), and if that is measured, shape (3, channels out);
+        None where the lamp is no input.
     """
 
     weights: Single
@@ -40,38 +91,80 @@ class Layer:
 
 
 @dataclass(frozen=True, eq=False)
-class BallNet:
-    """A network for balls at least ``from_px`` wide, on patches of a grid.
+class BallNetwork:
+    """A network for balls of a range of sizes.
 
-    All layers but the last are rectified; the last one leaves a single place with the ``OUTPUTS``.
+    All layers except the last are rectified; the last has a single window, with the `OUTPUTS` as channels.
+
+    Attributes
+    ----------
+    grid
+        Samples of its patches.
+    min_width_px
+        Least width of balls that it is for, px.
+    layers
+        Its layers, first to last.
     """
 
     grid: PatchGrid
-    from_px: float
+    min_width_px: float
     layers: tuple[Layer, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class BallNets:
-    """A small network, the ``scout``, which looks at many features quickly, and the ``judges`` by size of ball."""
+class BallNetworks:
+    """The networks of the detector.
 
-    scout: BallNet
-    judges: tuple[BallNet, ...]
+    Attributes
+    ----------
+    proposal
+        Small network that ranks all candidates.
+    refinement
+        Larger networks that estimate the centres of the best candidates, by size of ball.
+    """
 
-    def judge(self, width_px: float) -> BallNet:
-        """Return the judge made for balls of a width in pixels."""
-        fit = [net for net in self.judges if net.from_px <= width_px]
-        return max(fit, key=lambda net: net.from_px)
+    proposal: BallNetwork
+    refinement: tuple[BallNetwork, ...]
+
+    def refinement_network(self, width_px: float) -> BallNetwork:
+        """Return the refinement network for a size of balls.
+
+        Parameters
+        ----------
+        width_px
+            Width of a ball, px.
+
+        Returns
+        -------
+        BallNetwork
+            The network of the greatest ``min_width_px`` that does not exceed the width.
+        """
+        suitable = [network for network in self.refinement if network.min_width_px <= width_px]
+        return max(suitable, key=lambda network: network.min_width_px)
 
 
 @dataclass(frozen=True, eq=False)
 class BallEstimates:
-    """What n patches show, in radii of the ball, u to the right and v down.
+    """Estimates from n patches; lengths in radii of the ball, u right, v down.
 
-    ``log_odds`` (n,) of a ball in the middle; if so, ``offset`` (n, 2) of its outline's centre from the patch's middle
-    with ``covariance`` (n, 2, 2), ``visible`` fraction (n,) of it, and ``log_size`` (n,), the logarithm of its size
-    over the size that the patch was cut for; ``lamp`` (n, 2) and ``lamp_sd`` (n,), where the lamp hangs by this patch
-    alone.
+    All except the log-odds hold on condition that there is a ball.
+
+    Attributes
+    ----------
+    log_odds
+        Log-odds of a ball in the middle, shape (n,).
+    offset
+        Centre of its outline from the middle of the patch, shape (n, 2).
+    covariance
+        Covariance of the offset, shape (n, 2, 2).
+    visible
+        Visible fraction of the outline, 0 to 1, shape (n,).
+    log_size
+        Logarithm of the ball's size over the size that the patch was cut for, shape (n,).
+    lamp
+        Lamp direction, (u, v) part of the unit vector, shape (n, 2).
+    lamp_sd
+        Standard deviation of the lamp direction per axis, shape (n,).
     """
 
     log_odds: Float
@@ -83,53 +176,75 @@ class BallEstimates:
     lamp_sd: Float
 
 
-OUTPUTS = (
-    "log_odds",
-    "u",
-    "v",
-    "log_u",
-    "log_v",
-    "tie",
-    "visible",
-    "log_size",
-    "lamp_u",
-    "lamp_v",
-    "log_lamp",
-)
-UNITS = {"offset": 0.3, "log_precision": 3.0, "log_size": 0.1, "lamp": 0.3, "log_lamp": 2.0, "freedom": 8.0}
-"""Scales of the outputs: offsets in 0.3 radii, logarithms of precisions about 3, sizes in tenths, and so on; and the
-degrees of freedom of the t-distribution by which errors were weighed in training."""
+def predict_balls(
+    network: BallNetwork, patches: Single, lamp: Float, lamp_is_measured: bool
+) -> BallEstimates:
+    """Return a network's estimates from patches.
 
+    Parameters
+    ----------
+    network
+        The network.
+    patches
+        Log gray levels, shape (n, size, size).
+    lamp
+        Lamp direction, (u, v) part of the unit vector, shape (2,).
+    lamp_is_measured
+        Whether that direction is measured; else it is the expected one.
 
-def look(net: BallNet, patches: Single, lamp: Float, known: bool) -> BallEstimates:
-    """Return what the patches (n, size, size) of log gray levels show.
+    Returns
+    -------
+    BallEstimates
+        Estimates from n patches.
 
-    ``lamp`` (2,): the u and v components of the unit vector to where the lamp should hang or, if that is ``known``,
-    does.
+    Examples
+    --------
+    >>> from spinewatch.detection.refinement.network_file import default_networks
+    >>> even = np.zeros((1, 25, 25), np.float32)
+    >>> network = default_networks().proposal
+    >>> bool(predict_balls(network, even, np.zeros(2), lamp_is_measured=False).log_odds[0] < 0)
+    True
     """
-    told = np.array([*lamp, known], dtype=np.float32)
+    lamp_input = np.array([*lamp, lamp_is_measured], dtype=np.float32)
     blocks = (patches[start : start + _BLOCK] for start in range(0, max(len(patches), 1), _BLOCK))
-    out = np.concatenate([_run(net.layers, normalise(block)[..., None], told) for block in blocks]).astype(
-        float
-    )
-    log_odds, u, v, log_u, log_v, tie, visible, log_size, lamp_u, lamp_v, log_lamp = out.T
-    a, b = np.exp(-log_u - UNITS["log_precision"]), np.exp(-log_v - UNITS["log_precision"])
+    out = np.concatenate(
+        [_run(network.layers, normalize(block)[..., None], lamp_input) for block in blocks]
+    ).astype(float)
+    log_odds, u, v, log_u, log_v, off_diagonal, visible, log_size, lamp_u, lamp_v, log_lamp = out.T
+    # The inverse covariance is the product L^T L of L = [[1/a, off_diagonal/b], [0, 1/b]].
+    a, b = np.exp(-log_u - SCALES.log_precision), np.exp(-log_v - SCALES.log_precision)
     covariance = np.empty((len(out), 2, 2))
-    covariance[:, 0, 0], covariance[:, 1, 1] = (1 + tie**2) * a**2, b**2
-    covariance[:, 0, 1] = covariance[:, 1, 0] = -tie * a * b
+    covariance[:, 0, 0], covariance[:, 1, 1] = (1 + off_diagonal**2) * a**2, b**2
+    covariance[:, 0, 1] = covariance[:, 1, 0] = -off_diagonal * a * b
     return BallEstimates(
         log_odds,
-        UNITS["offset"] * np.stack([u, v], axis=1),
-        covariance * (UNITS["freedom"] / (UNITS["freedom"] - 2)),
+        SCALES.offset * np.stack([u, v], axis=1),
+        covariance * (SCALES.dof / (SCALES.dof - 2)),
         1 / (1 + np.exp(-visible)),
-        UNITS["log_size"] * log_size,
-        UNITS["lamp"] * np.stack([lamp_u, lamp_v], axis=1),
-        np.exp(-log_lamp - UNITS["log_lamp"]),
+        SCALES.log_size * log_size,
+        SCALES.lamp * np.stack([lamp_u, lamp_v], axis=1),
+        np.exp(-log_lamp - SCALES.log_lamp),
     )
 
 
-def normalise(patches: Single) -> Single:
-    """Return patches (n, h, w) of mean 0 and variance 1, but for faint ones."""
+def normalize(patches: Single) -> Single:
+    """Return patches of mean 0 and variance 1, except faint ones, which stay faint.
+
+    Parameters
+    ----------
+    patches
+        Log gray levels, shape (n, h, w).
+
+    Returns
+    -------
+    Single
+        Normalized patches, shape (n, h, w).
+
+    Examples
+    --------
+    >>> normalize(np.array([[[1.0, 21.0]]], np.float32)).round(2)
+    array([[[-1.,  1.]]], dtype=float32)
+    """
     x = patches - patches.mean(axis=(1, 2), keepdims=True)
     spread = np.sqrt(np.einsum("nhw,nhw->n", x, x) / (x.shape[1] * x.shape[2]))
     x /= spread[:, None, None] + _CONTRAST_FLOOR
@@ -137,7 +252,7 @@ def normalise(patches: Single) -> Single:
 
 
 def _run(layers: Sequence[Layer], x: Single, lamp: Single) -> Single:
-    """Return the outputs (n, k) of patches (n, h, w, 1)."""
+    """Return the outputs (n, k) of patches (n, h, w, 1) with the lamp input (3,)."""
     for layer in layers:
         kh, kw, channels, out = layer.weights.shape
         n, h, w = len(x), *((m - k) // layer.stride + 1 for m, k in zip(x.shape[1:3], (kh, kw), strict=True))
@@ -150,58 +265,3 @@ def _run(layers: Sequence[Layer], x: Single, lamp: Single) -> Single:
             np.maximum(flat, 0, out=flat)
         x = flat.reshape(n, h, w, out)
     return x[:, 0, 0]
-
-
-def write_ball_nets(nets: BallNets) -> bytes:
-    """Return the bytes of a file of networks, the scout first, weights at half precision."""
-    every = (nets.scout, *nets.judges)
-    about = [
-        {
-            "size": n.grid.size,
-            "radius": n.grid.radius,
-            "from_px": n.from_px,
-            "strides": [x.stride for x in n.layers],
-        }
-        for n in every
-    ]
-    arrays = {
-        f"{i}_{j}_{part}": getattr(layer, part).astype(np.float16)
-        for i, net in enumerate(every)
-        for j, layer in enumerate(net.layers)
-        for part in ("weights", "bias", "lamp")
-        if getattr(layer, part) is not None
-    }
-    return write_arrays(about, arrays)
-
-
-def read_ball_nets(data: bytes) -> BallNets:
-    """Return the networks of a file's bytes; raise ``BallNetError`` when it holds none."""
-    none = BallNetError("the file holds no ball network; train one with `python -m training`")
-    with reading_arrays(data, none) as (about, arrays):
-
-        def part(name: str) -> Single:
-            return np.asarray(arrays[name], dtype=np.float32)
-
-        scout, *judges = (
-            BallNet(
-                PatchGrid(int(net["size"]), float(net["radius"])),
-                float(net["from_px"]),
-                tuple(
-                    Layer(
-                        part(f"{i}_{j}_weights"),
-                        part(f"{i}_{j}_bias"),
-                        int(stride),
-                        part(f"{i}_{j}_lamp") if f"{i}_{j}_lamp" in arrays else None,
-                    )
-                    for j, stride in enumerate(net["strides"])
-                ),
-            )
-            for i, net in enumerate(about)
-        )
-        return BallNets(scout, tuple(judges))
-
-
-@cache
-def default_ball_nets() -> BallNets:
-    """Return the networks that ship with the library."""
-    return read_ball_nets(resources.files(__package__).joinpath("networks.npz").read_bytes())

@@ -1,1 +1,1 @@
-"""Pictures of balls with truth: worlds drawn at random, traced for one bounce, and taken by a sensor."""
+"""Simulated images of balls with truth: random worlds, ray tracing with one reflection, and a sensor model."""

@@ -1,10 +1,13 @@
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import chi2
 
 from spinewatch.arrays import Float
 from spinewatch.camera import Rig
 from spinewatch.detection.features import Features
-from spinewatch.matching.rig_check import check_rig, refined_rig
+from spinewatch.matching.rig_check import RigCheckParameters, check_rig, refined_rig
 from spinewatch.simulation.observations import ball_centres
 from spinewatch.simulation.rigs import large_rig
 from spinewatch.simulation.spines import random_spine
@@ -20,9 +23,9 @@ def images(rig: Rig, seed: int, triads: int = 5, sigma: float = 0.1) -> tuple[Fe
     return left, right
 
 
-def bumped(turn_deg: Float, shift_mm: Float) -> Rig:
+def bumped(rotation_deg: Float, shift_mm: Float) -> Rig:
     rig = large_rig()
-    return Rig("bumped", rig.left, rig.right.moved(np.radians(turn_deg), shift_mm))
+    return Rig("bumped", rig.left, rig.right.moved(np.radians(rotation_deg), shift_mm))
 
 
 def flagged(rig: Rig, runs: int = 40) -> float:
@@ -35,20 +38,20 @@ def test_a_bump_across_the_epipolar_lines_is_found_from_five_triads() -> None:
     assert flagged(bumped(STILL, np.array([0, 0.2, 0]))) > 0.75
 
 
-def test_a_rig_as_calibrated_is_left_in_peace() -> None:
+def test_a_rig_without_drift_is_not_flagged() -> None:
     assert flagged(large_rig(), runs=200) <= 0.01
 
 
-def test_the_estimate_says_what_it_cannot_see() -> None:
+def test_motions_along_the_epipolar_lines_keep_the_deviation_of_the_prior() -> None:
     check = check_rig(large_rig(), *images(bumped(np.array([0.0, 0.05, 0.0]), STILL), 1))
     assert check is not None
-    assert not check.drifted  # a turn about the vertical moves images along the epipolar lines
-    assert check.turn_sd_deg[1] > 0.09
+    assert not check.drifted  # a rotation about the vertical moves images along the epipolar lines
+    assert check.rotation_sd_deg[1] > 0.09
     assert check.shift_sd_mm[0] > 0.49
-    assert "balls miss" in check.sentence
+    assert "15 balls are" in check.message
 
 
-def test_refinement_brings_the_rays_together_again() -> None:
+def test_the_refined_rig_satisfies_the_epipolar_geometry() -> None:
     true = bumped(np.array([0.06, 0.0, 0.0]), STILL)
     check = check_rig(large_rig(), *images(true, 3, triads=7))
     assert check is not None
@@ -61,11 +64,36 @@ def test_refinement_brings_the_rays_together_again() -> None:
     assert better.name.endswith("(refined)")
 
 
-def test_too_few_balls_say_nothing() -> None:
+def test_too_few_balls_give_no_check() -> None:
     assert check_rig(large_rig(), *images(large_rig(), 0, triads=1)) is None
 
 
-def test_a_camera_that_does_not_move_is_the_same() -> None:
-    camera = large_rig().right
-    assert np.allclose(camera.moved(STILL, STILL).M, camera.M, atol=1e-14)
-    assert camera.moved(STILL, np.array([0, 0, 1.0])).centre == pytest.approx(camera.centre + camera.M[2])
+def test_observed_residuals_scale_the_stated_deviations() -> None:
+    rng = np.random.default_rng(6)
+    balls = ball_centres(random_spine(rng, 8, spacing_mm=40)).reshape(-1, 3)
+    left, right = (
+        Features.with_sigma(c.project(balls) + 0.5 * rng.standard_normal((24, 2)), np.ones(24), 0.1)
+        for c in (large_rig().left, large_rig().right)
+    )
+    checks = [
+        check_rig(large_rig(), left, right, RigCheckParameters(covariance_dof=dof)) for dof in (0, 20, 10**6)
+    ]
+    p_values = [check.p_value for check in checks if check is not None]
+    assert p_values == sorted(p_values, reverse=True)
+    assert p_values[0] > 1e-3 > p_values[2]  # with the stated deviations alone, noise is taken for a drift
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_without_noise_the_residuals_vanish(seed: int) -> None:
+    check = check_rig(large_rig(), *images(large_rig(), seed, sigma=1e-9))
+    assert check is not None
+    assert check.rms_px < 1e-6
+    assert np.abs(check.rotation_deg).max() < 1e-3
+
+
+def test_the_p_value_is_that_of_the_chi2() -> None:
+    check = check_rig(large_rig(), *images(bumped(np.array([0.02, 0, 0]), STILL), 2))
+    assert check is not None
+    assert check.p_value == pytest.approx(chi2.sf(check.chi2, check.dof))
+    assert 1 <= check.dof <= 5

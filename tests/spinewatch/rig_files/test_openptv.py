@@ -1,10 +1,14 @@
+import math
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from spinewatch.errors import RigError
 from spinewatch.geometry.rotations import rotation_from_angles
-from spinewatch.rig_files.openptv import parse_openptv, write_openptv
-from spinewatch.simulation.rigs import table_3_3_rig
+from spinewatch.rig_files.openptv import format_openptv, parse_openptv
+from spinewatch.simulation.rigs import random_rig
 
 ORI = """78.11540017 15.92351739 -570.78991501
     -56.53585681  2.98297501  56.53131934
@@ -18,10 +22,12 @@ ORI = """78.11540017 15.92351739 -570.78991501
 
        0.0    0.0  -125.0
 """
+ADDPAR = "0 0 0 0 0 1 0"
+SIZE, PIXEL = (1280, 1024), (0.012, 0.012)
 
 
 def test_an_ori_file_gives_the_rotation_that_it_prints() -> None:
-    camera, error_px = parse_openptv(ORI, "0 0 0 0 0 1 0", (1280, 1024), (0.012, 0.012))
+    camera, error_px = parse_openptv(ORI, ADDPAR, SIZE, PIXEL)
     printed = np.array([float(x) for x in ORI.split()[6:15]]).reshape(3, 3)
     assert np.abs(camera.M.T - printed).max() < 1e-6
     assert np.abs(rotation_from_angles(*camera.rotation_deg) - camera.M).max() == 0
@@ -29,15 +35,37 @@ def test_an_ori_file_gives_the_rotation_that_it_prints() -> None:
     assert camera.position_mm == (78.11540017, 15.92351739, -570.78991501)
 
 
-def test_there_and_back_projects_alike() -> None:
-    camera = table_3_3_rig().left
-    ori, addpar, error_px = write_openptv(camera)
-    back, _ = parse_openptv(ori, addpar, camera.image_size_px, camera.pixel_size_mm)
-    X = np.random.default_rng(0).uniform((300, 300, 0), (550, 480, 120), (20, 3))
-    assert error_px < 0.1
-    assert np.abs(back.project(X) - camera.project(X)).max() < 0.1
+def test_radial_distortion_is_that_of_openptv() -> None:
+    k1 = 1e-5
+    camera, error_px = parse_openptv(ORI, f"{k1} 0 0 0 0 1 0", SIZE, PIXEL)
+    ideal = np.array([[3.0, -2.0], [-6.0, 5.0]])
+    r2 = (ideal**2).sum(axis=1, keepdims=True)
+    measured = camera.distort(ideal - camera.principal_point_mm)
+    assert np.abs(measured - ideal * (1 + k1 * r2)).max() / PIXEL[0] <= 1.5 * error_px + 1e-6
 
 
-def test_short_files_are_refused() -> None:
-    with pytest.raises(RigError, match="21"):
-        parse_openptv("1 2 3", "0 0 0 0 0 1 0", (1280, 1024), (0.012, 0.012))
+@given(st.integers(0, 2**32 - 1))
+def test_round_trip_projects_alike_within_the_stated_errors(seed: int) -> None:
+    camera = random_rig(np.random.default_rng(seed)).left
+    ori, addpar, out_px = format_openptv(camera)
+    back, in_px = parse_openptv(ori, addpar, camera.image_size_px, camera.pixel_size_mm)
+    X = np.random.default_rng(seed).uniform((390, 360, 60), (480, 420, 120), (20, 3))
+    assert np.abs(back.project(X) - camera.project(X)).max() <= 2 * (out_px + in_px) + 1e-4
+    assert [math.radians(a) for a in camera.rotation_deg] == pytest.approx(
+        [float(x) for x in ori.split()[3:6]], abs=1e-9
+    )
+
+
+@pytest.mark.parametrize(
+    ("ori", "addpar", "problem"),
+    [
+        ("1 2 3", ADDPAR, "21"),
+        (ORI, "0 0", "7"),
+        (ORI.replace("70.0000", "x"), ADDPAR, "not a number"),
+        (ORI.replace("70.0000", "nan"), ADDPAR, "finite"),
+        (ORI.replace("70.0000", "-70"), ADDPAR, "positive"),
+    ],
+)
+def test_errors_name_the_problem(ori: str, addpar: str, problem: str) -> None:
+    with pytest.raises(RigError, match=problem):
+        parse_openptv(ori, addpar, SIZE, PIXEL)

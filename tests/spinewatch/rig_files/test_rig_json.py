@@ -36,8 +36,8 @@ def test_a_missing_number_is_named(side: str, field: str) -> None:
 
 
 @pytest.mark.parametrize("field", FIELDS)
-@pytest.mark.parametrize("number", [float("nan"), float("inf"), "5", True])
-def test_what_is_no_finite_number_is_named(field: str, number: object) -> None:
+@pytest.mark.parametrize("number", [float("nan"), float("inf"), 10**400, "5", True])
+def test_an_entry_that_is_not_a_finite_number_is_named(field: str, number: object) -> None:
     was = DOCUMENT["left"][field]
     value = [number, *was[1:]] if isinstance(was, list) else number
     with pytest.raises(RigError) as caught:
@@ -63,7 +63,26 @@ def test_impossible_cameras_are_refused(field: str, value: object) -> None:
     assert caught.value.field == f"right.{field}"
 
 
-def test_two_cameras_in_one_place_are_no_rig() -> None:
+@pytest.mark.parametrize(
+    ("document", "field"),
+    [
+        ([], "(document)"),
+        ({**DOCUMENT, "middle": {}}, "middle"),
+        ({**DOCUMENT, "name": " "}, "name"),
+        ({**DOCUMENT, "name": 5}, "name"),
+        ({**DOCUMENT, "name": "cart\x001"}, "name"),
+        ({**DOCUMENT, "name": "\ud800"}, "name"),
+        ({"name": "rig", "left": DOCUMENT["left"]}, "right"),
+        ({**DOCUMENT, "left": []}, "left"),
+    ],
+)
+def test_an_object_that_is_not_a_rig_is_refused(document: object, field: str) -> None:
+    with pytest.raises(RigError) as caught:
+        rig_from_dict(document)
+    assert caught.value.field == field
+
+
+def test_two_cameras_in_one_position_are_refused() -> None:
     with pytest.raises(RigError, match="baseline"):
         rig_from_dict(altered("right", "position_mm", DOCUMENT["left"]["position_mm"]))
 

@@ -1,50 +1,76 @@
-from typing import Any
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spinewatch.camera import Rig
-from spinewatch.markers import FLAT_10_14_18
+from spinewatch.markers import FLAT_10_14_18, TriadModel
 from spinewatch.matching.identification import distance_errors
-from spinewatch.simulation.observations import Noise, ball_centres, observe
-from spinewatch.simulation.rigs import large_rig, random_rig, small_rig, table_3_3_rig
+from spinewatch.simulation.observations import FeatureNoise, ball_centres, observe
+from spinewatch.simulation.rigs import table_3_3_rig
 from spinewatch.simulation.spines import random_spine
 
-
-@pytest.mark.parametrize(("rig", "baseline", "vergence"), [(small_rig(), 320, 24), (large_rig(), 420, 32)])
-def test_configurations_have_their_geometry(rig: Rig, baseline: float, vergence: float) -> None:
-    assert rig.baseline_mm == pytest.approx(baseline)
-    assert rig.vergence_deg == pytest.approx(vergence)
+FOUR = TriadModel(
+    "four", ("A", "B", "C", "D"), np.array([[20.0, 0, 0], [0, -15, 0], [-12, 0, 0], [0, 4, 16]]), 8.0
+)
 
 
 @given(st.integers(0, 2**32 - 1))
-def test_random_rigs_see_the_measuring_volume_and_keep_x_to_the_right(seed: int) -> None:
-    rig = random_rig(np.random.default_rng(seed))
-    corners = np.array([[x, y, z] for x in (384, 484) for y in (350, 430) for z in (60, 120)], dtype=float)
-    for camera in (rig.left, rig.right):
-        uv = camera.project(corners)
-        assert np.all((uv >= 0) & (uv < camera.image_size_px))
-        assert np.all(uv[4:, 0] > uv[:4, 0])
-
-
-@given(st.integers(0, 2**32 - 1), st.sampled_from(["x", "y"]))
-def test_spines_are_in_order_and_rigid(seed: int, axis: Any) -> None:
-    poses = random_spine(np.random.default_rng(seed), 5, axis=axis)
-    along = [p.position_mm["xy".index(axis)] for p in poses]
-    assert along == sorted(along)
+def test_ball_centres_have_the_distances_of_the_marker(seed: int) -> None:
+    poses = random_spine(np.random.default_rng(seed), 3)
     assert np.allclose(distance_errors(ball_centres(poses), FLAT_10_14_18), 0, atol=1e-9)
 
 
-def test_features_tell_their_ball() -> None:
+def test_features_have_their_ball_and_their_noise() -> None:
     rng = np.random.default_rng(0)
     rig, poses = table_3_3_rig(), random_spine(rng)
-    seen = observe(rig, poses, rng, Noise(0.2, false_features=20), dropped=[4])
-    assert set(seen.left_ball) == set(range(12)) - {4} | {-1}
-    assert (seen.right_ball == -1).sum() == 20
+    observation = observe(rig, poses, rng, FeatureNoise(0.2, false_features=20), dropped=[4])
+    assert set(observation.left_ball) == set(range(12)) - {4} | {-1}
+    assert (observation.right_ball == -1).sum() == 20
     balls = ball_centres(poses).reshape(-1, 3)
-    true = seen.left_ball >= 0
-    miss = seen.left.xy_px[true] - rig.left.project(balls[seen.left_ball[true]])
-    assert 0.1 < miss.std() < 0.3
-    assert np.all(np.diff(seen.left.score) <= 0)
+    true = observation.left_ball >= 0
+    errors = observation.left.xy_px[true] - rig.left.project(balls[observation.left_ball[true]])
+    assert 0.1 < errors.std() < 0.3
+    assert np.all(np.diff(observation.left.score) <= 0)
+    assert np.allclose(observation.left.covariance_px2, 0.2**2 * np.eye(2))
+
+
+def test_a_hidden_ball_lacks_its_feature_in_one_view_only() -> None:
+    rng = np.random.default_rng(0)
+    observation = observe(
+        table_3_3_rig(), random_spine(rng), rng, hidden=[(3, "left"), (7, "right"), (8, "right")]
+    )
+    assert set(observation.left_ball) == set(range(12)) - {3}
+    assert set(observation.right_ball) == set(range(12)) - {7, 8}
+
+
+def test_shared_pointing_errors_shift_the_balls_of_a_triad_alike() -> None:
+    rig, rng = table_3_3_rig(), np.random.default_rng(1)
+    poses = random_spine(rng)
+    observation = observe(rig, poses, rng, FeatureNoise(0.0, 1.0))
+    balls = ball_centres(poses).reshape(-1, 3)
+    errors = np.empty((12, 2))
+    errors[observation.left_ball] = observation.left.xy_px - rig.left.project(balls[observation.left_ball])
+    by_triad = errors.reshape(4, 3, 2)
+    assert np.abs(by_triad - by_triad.mean(axis=1, keepdims=True)).max() < 1e-9
+    assert by_triad.std() > 0.1
+
+
+def test_features_outside_the_image_are_omitted() -> None:
+    rng = np.random.default_rng(0)
+    poses = random_spine(rng, 9, spacing_mm=80)
+    observation = observe(table_3_3_rig(), poses, rng)
+    assert 0 < len(observation.left) < 27
+    assert np.all((observation.left.xy_px >= 0) & (observation.left.xy_px <= (567, 415)))
+
+
+def test_markers_of_different_sizes_are_numbered_through() -> None:
+    rng = np.random.default_rng(0)
+    poses = random_spine(rng, 2)
+    observation = observe(table_3_3_rig(), poses, rng, models=[FOUR, FLAT_10_14_18])
+    assert set(observation.left_ball) == set(range(7))
+
+
+def test_no_triads_give_false_features_only() -> None:
+    observation = observe(table_3_3_rig(), [], np.random.default_rng(0), FeatureNoise(false_features=5))
+    assert observation.left_ball.tolist() == [-1] * 5
+    assert observation.left.score == pytest.approx(np.sort(observation.left.score)[::-1])

@@ -3,7 +3,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -43,6 +43,7 @@ def test_motion_agrees_with_the_rendered_surgery(name: str) -> None:
         assert motion.normal_angle_deg == pytest.approx(truth["normal_angle_deg"], abs=1e-6)
 
 
+@settings(deadline=None)
 @given(seeds)
 def test_moving_the_cart_moves_nothing(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -54,7 +55,7 @@ def test_moving_the_cart_moves_nothing(seed: int) -> None:
         assert motion.angle_deg == pytest.approx(0, abs=1e-6)
 
 
-def test_the_coronal_turn_that_the_normal_cannot_see() -> None:
+def test_a_coronal_rotation_does_not_change_the_normal() -> None:
     flat = {"L1": pose([0, 0, 0], np.eye(3)), "T9": pose([100, 0, 0], np.eye(3))}
     turned = dict(flat, T9=pose([100, 0, 0], rotation_from_vector(np.radians([0.0, 0.0, 25.0]))))
     (motion,) = relative_motion(flat, turned, "L1")
@@ -68,7 +69,7 @@ def disturbed(p: Pose, rng: np.random.Generator) -> Pose:
     return Pose(p.position_mm + e[:3], rotation_from_vector(np.radians(e[3:])) @ p.rotation, p.covariance)
 
 
-def test_deviations_include_the_reference_and_are_calibrated() -> None:
+def test_errors_fit_the_deviations_which_include_the_reference() -> None:
     rng = np.random.default_rng(3)
     start, end = ({v: random_pose(rng) for v in ("L1", "T9")} for _ in range(2))
     near = rotation_from_vector(np.radians([20.0, -30.0, 10.0]))

@@ -8,7 +8,7 @@ from spinewatch.thesis_1995.heuristics import (
     h2_shared_point,
     h3_shared_feature,
     h5_complete,
-    published_strategy,
+    published_selection,
 )
 from tests.paths import DATA
 
@@ -25,19 +25,20 @@ def triplets(stage: str) -> list[TripletFeatures]:
 
 @pytest.mark.parametrize("stage", STAGES)
 def test_the_printed_survivors_and_verdicts_are_reproduced(stage: str) -> None:
-    verdicts = published_strategy(triplets(stage))
-    for row, verdict in zip(TABLES[stage], verdicts, strict=True):
+    selection = published_selection(triplets(stage), expected=4)
+    for row, verdict in zip(TABLES[stage], selection.verdicts, strict=True):
         if (stage, row["triad"]) == ("table_5_5_small_stage2", 19):
             # Printed H2, though it shares no feature pair with a survivor: only H3 can discard it.
             assert verdict == "H3"
         else:
             assert verdict == row["heuristic"]
-    assert h5_complete(verdicts.count("P"), 4)
+    assert selection.complete
+    assert not published_selection(triplets(stage), expected=5).complete
 
 
 def test_examining_strictly_in_order_would_lose_true_triads() -> None:
     rows = triplets("table_5_6_large_stage1")
-    assert published_strategy(rows)[0] == "P"
+    assert published_selection(rows, expected=4).verdicts[0] == "P"
     assert rows[1].error_mm < rows[0].error_mm
     assert h2_shared_point(rows[0], rows[1])  # only because H1 has struck row 1 out before
 
@@ -53,5 +54,7 @@ def test_each_heuristic_by_itself() -> None:
     assert not h2_shared_point(a, shares_feature)
     assert h3_shared_feature(a, shares_feature)
     assert not h3_shared_feature(shares_point, shares_feature)
+    assert h5_complete(4, 4)
     assert not h5_complete(3, 4)
-    assert published_strategy([a, shares_point, shares_feature]) == ("H3", "H2", "P")
+    verdicts = published_selection([a, shares_point, shares_feature], expected=1).verdicts
+    assert verdicts == ("H3", "H2", "P")

@@ -17,7 +17,7 @@ def rows(vertebra: str) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 @pytest.mark.parametrize(("vertebra", "angle"), [("L1", 1.64), ("T11", 40.92), ("T9", 22.02), ("T7", 15.32)])
-def test_the_normals_of_table_6_1_turn(vertebra: str, angle: float) -> None:
+def test_the_angles_between_the_normals_of_table_6_1(vertebra: str, angle: float) -> None:
     pre, post = (normal_from_angles(row["angles_deg"]) for row in rows(vertebra))
     axis, found = axis_and_angle(pre, post)
     assert found == pytest.approx(angle, abs=0.005)
@@ -42,7 +42,7 @@ def test_angles_beyond_a_right_angle_fold() -> None:
     assert axis_and_angle(np.array([0.0, 0, 1]), far)[1] == pytest.approx(60)
 
 
-def test_a_body_turns_with_the_normal_and_keeps_its_offset() -> None:
+def test_a_body_rotates_with_the_normal_and_keeps_its_offset() -> None:
     z, x = np.array([0.0, 0, 1]), np.array([1.0, 0, 0])
     position, axis = move_body(np.array([0.0, 0, -30]), x, np.zeros(3), np.array([5.0, 0, 0]), z, x)
     assert np.allclose(position, [5, 0, -30])

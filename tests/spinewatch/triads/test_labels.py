@@ -11,7 +11,7 @@ from spinewatch.triads.pose import Ball, MeasuredTriad, Pose
 LABELS = ("L1", "T11", "T9", "T7")
 
 
-def row(*along: float, axis: Any = "x") -> list[MeasuredTriad]:
+def chain(*along: float, axis: Any = "x") -> list[MeasuredTriad]:
     positions = np.zeros((len(along), 3))
     positions[:, "xy".index(axis)] = along
     return [MeasuredTriad("flat", {}, Pose(p, np.eye(3), np.zeros((6, 6))), 0.0) for p in positions]
@@ -25,9 +25,9 @@ def labels_of(
 
 
 @pytest.mark.parametrize("axis", ["x", "y", "auto"])
-def test_a_complete_row_is_labelled_by_order(axis: Any) -> None:
+def test_a_complete_chain_is_labelled_by_order(axis: Any) -> None:
     along = "y" if axis == "auto" else axis
-    triads = row(150, 0, 100, 55, axis=along)
+    triads = chain(150, 0, 100, 55, axis=along)
     labelled, flags = label_triads(triads, LABELS, axis)
     assert [t.label for t in labelled] == list(LABELS)
     assert [t.triad for t in labelled] == [triads[1], triads[3], triads[2], triads[0]]
@@ -38,42 +38,42 @@ def test_a_complete_row_is_labelled_by_order(axis: Any) -> None:
     ("along", "expected"),
     [((0, 98, 151), ["L1", "T9", "T7"]), ((0, 52, 150), ["L1", "T11", "T7"])],
 )
-def test_a_wide_gap_tells_which_is_missing(along: Any, expected: Any) -> None:
-    assert labels_of(row(*along)) == (expected, [None] * 3, [])
+def test_a_wide_gap_shows_which_is_missing(along: Any, expected: Any) -> None:
+    assert labels_of(chain(*along)) == (expected, [None] * 3, [])
 
 
-def test_a_triad_missing_at_an_end_leaves_no_trace() -> None:
-    labels, reasons, flags = labels_of(row(0, 51, 99))
+def test_a_triad_missing_at_an_end_gives_no_labels() -> None:
+    labels, reasons, flags = labels_of(chain(0, 51, 99))
     assert labels == [None] * 3
     assert all("missing" in str(reason) for reason in reasons)
     assert flags == ["labels-uncertain"]
 
 
-def test_gaps_that_could_be_either_decide_nothing() -> None:
-    assert labels_of(row(0, 50, 120))[0] == [None] * 3
+def test_gaps_that_could_be_either_give_no_labels() -> None:
+    assert labels_of(chain(0, 50, 120))[0] == [None] * 3
 
 
-def test_two_missing_inside_a_row_of_six() -> None:
+def test_two_missing_inside_a_chain_of_six() -> None:
     labels = ("L3", "L1", "T11", "T9", "T7", "T5")
-    assert labels_of(row(0, 51, 199, 250), labels)[0] == ["L3", "L1", "T7", "T5"]
+    assert labels_of(chain(0, 51, 199, 250), labels)[0] == ["L3", "L1", "T7", "T5"]
 
 
 @pytest.mark.parametrize("along", [(10,), (10, 60)])
-def test_too_few_to_tell(along: Any) -> None:
-    labels, reasons, _ = labels_of(row(*along))
+def test_too_few_triads_give_no_labels(along: Any) -> None:
+    labels, reasons, _ = labels_of(chain(*along))
     assert set(labels) == {None}
     assert all(reasons)
 
 
 def test_more_triads_than_labels_are_not_guessed() -> None:
-    labels, reasons, flags = labels_of(row(0, 50, 100, 150, 200))
+    labels, reasons, flags = labels_of(chain(0, 50, 100, 150, 200))
     assert set(labels) == {None}
     assert "5 triads" in str(reasons[0])
     assert flags == ["labels-uncertain"]
 
 
 def test_without_labels_there_is_nothing_to_flag() -> None:
-    assert labels_of(row(50, 0), ()) == ([None, None], ["no labels were given"] * 2, [])
+    assert labels_of(chain(50, 0), ()) == ([None, None], ["no labels were given"] * 2, [])
     assert label_triads([], LABELS) == ((), ())
 
 
@@ -82,13 +82,13 @@ def test_uneven_levels_count_in_vertebrae() -> None:
     assert levels(("upper", "lower")).tolist() == [0, 1]
     assert levels(("T7", "L1", "T9")).tolist() == [0, 1, 2]
     # T11 and T10 are one vertebra apart: 26 mm is no gap, and 75 mm is.
-    assert labels_of(row(0, 51, 150), ("L1", "T11", "T10", "T7"))[0] == ["L1", "T11", "T7"]
+    assert labels_of(chain(0, 51, 150), ("L1", "T11", "T10", "T7"))[0] == ["L1", "T11", "T7"]
 
 
 def test_the_needed_certainty_is_a_parameter() -> None:
-    triads = row(0, 75, 125)
+    triads = chain(0, 75, 125)
     assert labels_of(triads)[0] == [None] * 3
-    assert labels_of(triads, parameters=LabelParameters(min_ratio=1.0))[0] == ["L1", "T9", "T7"]
+    assert labels_of(triads, parameters=LabelParameters(min_likelihood_ratio=1.0))[0] == ["L1", "T9", "T7"]
 
 
 def earlier(**along: float) -> KnownConfiguration:
@@ -101,42 +101,42 @@ def named(triads: Any, known: KnownConfiguration, labels: Sequence[str] = LABELS
     return [t.label for t in label_triads(triads, labels, known=known)[0]]
 
 
-def test_an_earlier_stage_tells_even_which_end_is_missing() -> None:
+def test_an_earlier_stage_shows_even_which_end_is_missing() -> None:
     before = earlier(L1=0, T11=42, T9=100, T7=148)
-    assert named(row(10, 69, 117), before) == ["T11", "T9", "T7"]
-    assert named(row(10, 53, 110), before) == ["L1", "T11", "T9"]
-    assert named(row(10, 52), before) == [None, None]  # 42 mm might be T9 and T7, which were 48 mm apart
+    assert named(chain(10, 69, 117), before) == ["T11", "T9", "T7"]
+    assert named(chain(10, 53, 110), before) == ["L1", "T11", "T9"]
+    assert named(chain(10, 52), before) == [None, None]  # 42 mm might be T9 and T7, which were 48 mm apart
 
 
 def test_distances_of_radiographs_do_the_same() -> None:
     distances = {("L1", "T11"): 42.0, ("T9", "T11"): 58.0, ("L1", "T9"): 100.0}
     known = KnownConfiguration(distances_mm=distances)
-    assert named(row(0, 59), known, LABELS[:3]) == ["T11", "T9"]
-    assert named(row(0, 59), KnownConfiguration(), LABELS[:3]) == [None, None]
+    assert named(chain(0, 59), known, LABELS[:3]) == ["T11", "T9"]
+    assert named(chain(0, 59), KnownConfiguration(), LABELS[:3]) == [None, None]
 
 
-def test_turns_between_neighbours_decide_where_distances_do_not() -> None:
-    turns = (0.0, 0.5, 1.7, -0.4)
+def test_rotations_between_neighbours_decide_where_distances_do_not() -> None:
+    angles = (0.0, 0.5, 1.7, -0.4)
     poses = [
-        Pose(np.array([50.0 * i, 0, 0]), rotation_from_vector(np.array([0, 0, turn])), np.zeros((6, 6)))
-        for i, turn in enumerate(turns)
+        Pose(np.array([50.0 * i, 0, 0]), rotation_from_vector(np.array([0, 0, angle])), np.zeros((6, 6)))
+        for i, angle in enumerate(angles)
     ]
     known = KnownConfiguration(poses=dict(zip(LABELS, poses, strict=True)))
     found = [MeasuredTriad("flat", {}, pose, 0.0) for pose in poses[1:]]
     assert named(found, known) == ["T11", "T9", "T7"]
 
 
-def test_a_configuration_that_nothing_agrees_with_decides_nothing() -> None:
-    labelled, flags = label_triads(row(0, 20, 200), LABELS, known=earlier(L1=0, T11=50, T9=100, T7=150))
+def test_a_configuration_that_does_not_fit_gives_no_labels() -> None:
+    labelled, flags = label_triads(chain(0, 20, 200), LABELS, known=earlier(L1=0, T11=50, T9=100, T7=150))
     assert {t.label for t in labelled} == {None}
-    assert "not where" in flags[0].detail
+    assert "do not fit" in flags[0].detail
 
 
 def test_markers_of_different_kinds_make_labels_certain() -> None:
     kinds = ("small", "large", "body", "small")
     known = KnownConfiguration(markers=dict(zip(LABELS, kinds, strict=True)))
     triads = [
-        MeasuredTriad(kind, {}, t.pose, 0.0) for kind, t in zip(("large", "small"), row(0, 77), strict=True)
+        MeasuredTriad(kind, {}, t.pose, 0.0) for kind, t in zip(("large", "small"), chain(0, 77), strict=True)
     ]
     assert named(triads, known) == ["T11", "T7"]
     assert named([MeasuredTriad("body", {}, triads[0].pose, 0.0)], known) == ["T9"]
@@ -145,7 +145,30 @@ def test_markers_of_different_kinds_make_labels_certain() -> None:
 
 def test_a_triad_without_a_pose_counts_in_the_order() -> None:
     ball = Ball(np.array([52.0, 3, 0]), np.eye(3), np.zeros(2), np.zeros(2), 0.1)
-    triads = [*row(0, 100, 150), MeasuredTriad("flat", {"XX": ball}, None, 0.0, "hidden")]
+    triads = [*chain(0, 100, 150), MeasuredTriad("flat", {"XX": ball}, None, 0.0, "hidden")]
     labelled, _ = label_triads(triads, LABELS)
     assert [t.label for t in labelled] == list(LABELS)
     assert labelled[1].triad.pose is None
+
+
+def test_a_marker_that_was_clamped_again_does_not_prevent_labels() -> None:
+    before = earlier(L1=0, T11=42, T9=100, T7=148)
+    triads = chain(10, 69, 117)
+    clamped = rotation_from_vector(np.array([0, 0, 1.5]))
+    pose = triads[1].pose
+    assert pose is not None
+    triads[1] = MeasuredTriad("flat", {}, Pose(pose.position_mm, clamped, pose.covariance), 0.0)
+    assert named(triads, before) == ["T11", "T9", "T7"]
+    strict = LabelParameters(max_rotation_sigma=1000.0)
+    labelled, _ = label_triads(triads, LABELS, parameters=strict, known=before)
+    assert {t.label for t in labelled} == {None}
+
+
+def test_the_number_of_assignments_is_limited() -> None:
+    few = LabelParameters(max_assignments=3)
+    assert labels_of(chain(0, 98, 151), parameters=few)[0] == [None] * 3
+    assert labels_of(chain(0, 98, 151), parameters=LabelParameters(max_assignments=4))[0] == [
+        "L1",
+        "T9",
+        "T7",
+    ]

@@ -24,7 +24,7 @@ def test_samples_that_coincide_make_one_class() -> None:
 
 
 def test_silhouette_of_a_worked_example() -> None:
-    # Points 0, 1 | 4: a = 1, b = 4 and 3; the lonely one counts 0.
+    # Points 0, 1 | 4: a = 1, b = 4 and 3; the sample alone in its class counts 0.
     assert silhouette(distances([0.0, 1.0, 4.0]), np.array([0, 0, 1])) == pytest.approx((3 / 4 + 2 / 3) / 3)
 
 
@@ -37,7 +37,7 @@ def test_one_class_has_no_silhouette() -> None:
     st.integers(2, 8),
     st.floats(0.1, 10),
 )
-def test_silhouette_is_bounded_and_knows_no_scale(
+def test_silhouette_is_bounded_and_does_not_depend_on_scale(
     points: NDArray[np.float64], count: int, scale: float
 ) -> None:
     distance = np.abs(np.subtract.outer(points, points))

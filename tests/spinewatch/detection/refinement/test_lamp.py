@@ -1,4 +1,4 @@
-"""The lamp: where it should hang, and where its reflections in the balls of both views say that it does."""
+"""The lamp: its expected direction, and the one estimated from its reflections in the balls of both views."""
 
 import numpy as np
 import pytest
@@ -7,25 +7,27 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from spinewatch.camera import Camera, Rig
-from spinewatch.detection.refinement.lamp import Reflections, expected_lamp, measured_lamp
+from spinewatch.detection.refinement.lamp import LampEstimates, estimate_lamp, expected_lamp
 from spinewatch.simulation.rigs import table_3_3_rig
 
 SD = 0.11
 RANGE_MM = 700.0
 
 
-def seen_from(camera: Camera, field: NDArray[np.float64], lamp: NDArray[np.float64]) -> NDArray[np.float64]:
+def direction_from(
+    camera: Camera, field: NDArray[np.float64], lamp: NDArray[np.float64]
+) -> NDArray[np.float64]:
     toward = camera.M @ (lamp - field)
     return np.asarray(toward[:2] * (1, -1) / np.linalg.norm(toward))
 
 
-def reflections(
+def estimates(
     camera: Camera, expected: NDArray[np.float64], true: NDArray[np.float64], sd: float, n: int
-) -> Reflections:
-    """Return what n balls say that each know the lamp to ``sd`` by themselves: a mean of that and the expectation."""
+) -> LampEstimates:
+    """Return the estimates of n balls, each the mean of its own of standard deviation ``sd`` and the expectation."""
     own, prior = sd**-2, SD**-2
-    word = (own * true + prior * expected) / (own + prior)
-    return Reflections(camera, expected, np.tile(word, (n, 1)), np.full(n, (own + prior) ** -0.5))
+    mean = (own * true + prior * expected) / (own + prior)
+    return LampEstimates(camera, expected, np.tile(mean, (n, 1)), np.full(n, (own + prior) ** -0.5))
 
 
 def test_between_the_cameras_is_to_the_right_of_the_left_one_and_to_the_left_of_the_right_one() -> None:
@@ -37,41 +39,43 @@ def test_between_the_cameras_is_to_the_right_of_the_left_one_and_to_the_left_of_
 
 
 @given(st.floats(-60, 60), st.floats(-60, 60))
-def test_many_vague_balls_of_both_views_tell_a_displaced_lamp(along_mm: float, across_mm: float) -> None:
+def test_many_inaccurate_balls_of_both_views_give_a_disdirectiond_lamp(
+    along_mm: float, across_mm: float
+) -> None:
     rig = table_3_3_rig()
     field = rig.left.centre - RANGE_MM * rig.left.M[2]
     lamp = (rig.left.centre + rig.right.centre) / 2
-    hung = lamp + np.array([along_mm, across_mm, 0])
+    actual = lamp + np.array([along_mm, across_mm, 0])
     views = []
     for camera in (rig.left, rig.right):
-        expected, true = (seen_from(camera, field, place) for place in (lamp, hung))
-        views.append((reflections(camera, expected, true, 0.1, 200), true))
-    found = measured_lamp([view for view, _ in views], SD)
-    for place, (_, true) in zip(found, views, strict=True):
-        assert place == pytest.approx(true, abs=0.006)
+        expected, true = (direction_from(camera, field, direction) for direction in (lamp, actual))
+        views.append((estimates(camera, expected, true, 0.1, 200), true))
+    found = estimate_lamp([view for view, _ in views], SD)
+    for direction, (_, true) in zip(found, views, strict=True):
+        assert direction == pytest.approx(true, abs=0.006)
 
 
-def shifted(rig: Rig, by: float) -> list[Reflections]:
-    """Return what balls say whose centres are thought too near to the lamp, which so seems nearer to each axis."""
+def shifted(rig: Rig, by: float) -> list[LampEstimates]:
+    """Return estimates of balls whose centres are in error towards the lamp, which then appears nearer to each axis."""
     views = []
     for camera in (rig.left, rig.right):
         expected = expected_lamp(rig, camera, RANGE_MM)
-        views.append(reflections(camera, expected, expected * (1 - by), 0.05, 20))
+        views.append(estimates(camera, expected, expected * (1 - by), 0.05, 20))
     return views
 
 
-def test_what_the_views_say_against_each_other_moves_no_lamp() -> None:
+def test_opposite_disdirectionments_in_the_views_cancel() -> None:
     rig = table_3_3_rig()
     views = shifted(rig, 0.2)
-    for view, place in zip(views, measured_lamp(views, SD), strict=True):
-        assert place == pytest.approx(view.expected, abs=0.004)
+    for view, direction in zip(views, estimate_lamp(views, SD), strict=True):
+        assert direction == pytest.approx(view.expected, abs=0.004)
 
 
-def test_without_balls_the_lamp_hangs_where_it_should() -> None:
+def test_without_balls_the_lamp_is_the_expected_one() -> None:
     rig = table_3_3_rig()
     nothing = [
-        Reflections(camera, expected_lamp(rig, camera, RANGE_MM), np.empty((0, 2)), np.empty(0))
+        LampEstimates(camera, expected_lamp(rig, camera, RANGE_MM), np.empty((0, 2)), np.empty(0))
         for camera in (rig.left, rig.right)
     ]
-    for view, place in zip(nothing, measured_lamp(nothing, SD), strict=True):
-        assert np.array_equal(place, view.expected)
+    for view, direction in zip(nothing, estimate_lamp(nothing, SD), strict=True):
+        assert np.array_equal(direction, view.expected)

@@ -1,0 +1,233 @@
+"""Calibrations: a rig, and what is known of its quality.
+
+A stored report stays as the version that made it wrote it; fields that a later version adds are shown as they are.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Generic, TypeVar
+
+from annotated_types import Len
+from pydantic import AliasChoices, ConfigDict, Field
+
+from contract.base import (
+    Identifier,
+    Known,
+    Known2,
+    Known3,
+    Number,
+    Plain,
+    Schema,
+    Timestamp,
+    Vector2,
+    Vector3,
+    plain,
+)
+from contract.calibration_check import ChecksSummary
+from contract.flag import Flag
+from contract.image import ImagePair
+from contract.rig import Rig
+
+if TYPE_CHECKING:
+    import spinewatch.calibration.quality.accuracy
+
+Shot = TypeVar("Shot")
+
+
+class Part(Schema):
+    """Base of all parts of a report; a number that is not determined is null."""
+
+    model_config = ConfigDict(extra="allow")
+
+
+class ControlField(Part):
+    """The control field that the images show."""
+
+    name: str
+    points: Annotated[int, Field(description="Number of points.")]
+
+
+class CameraQuality(Part):
+    """How well one camera is determined."""
+
+    free: Annotated[list[str], Field(description="Adjusted parameters: X0, Y0, Z0, omega, phi, kappa, f ...")]
+    sd: Annotated[dict[str, Known], Field(description="Their standard deviations, in the units of the rig.")]
+    image_rms_px: Annotated[Known, Field(description="RMS of image residuals per coordinate, px.")]
+    points: Annotated[int, Field(description="Number of image points in all shots used.")]
+
+
+class CameraQualityPair(Part):
+    """Both cameras."""
+
+    left: CameraQuality
+    right: CameraQuality
+
+
+class Correlation(Part):
+    """Two strongly correlated unknowns."""
+
+    between: Annotated[list[str], Len(2, 2)]
+    correlation: float
+
+
+class StereoGeometry(Part):
+    """Relative orientation of the cameras and what they cover; independent of the choice of object space."""
+
+    baseline_mm: float
+    baseline_sd_mm: Known
+    vergence_deg: float
+    vergence_sd_deg: Known
+    range_mm: Annotated[Vector2, Field(description="Left and right, to the centre of the control field.")]
+    field_of_view_mm: Annotated[
+        Vector2, Field(description="Width and height visible to both cameras at that range.")
+    ]
+    depth_of_field_mm: Annotated[Known2, Field(description="Nearest and farthest range; null is infinite.")]
+    f_number: float
+    control_depth_mm: Annotated[float, Field(description="Depth that the control points span.")]
+
+
+class ImagePoint(Part):
+    """An image point of the control field."""
+
+    id: str
+    u_px: float
+    v_px: float
+    residual_px: Annotated[
+        Vector2 | None, Field(description="Null where the point was not adjusted: in a shot held out.")
+    ] = None
+
+
+class ImagePointPair(Part):
+    """The points found in both images."""
+
+    left: list[ImagePoint]
+    right: list[ImagePoint]
+
+
+class ControlAccuracy(Part):
+    """Reconstructed control points minus the control points."""
+
+    name: str
+    used: Annotated[
+        bool, Field(description="Whether the shot was adjusted; its residuals are then too small.")
+    ]
+    reconstructed: Annotated[int, Field(description="Number of points.")]
+    mean_mm: Annotated[Known3, Field(description="Mean residual in X, Y, Z.")]
+    sd_mm: Annotated[Known3, Field(description="Standard deviation of residuals in X, Y, Z.")]
+    residuals_mm: Annotated[dict[str, Vector3], Field(description="Residuals by control point.")]
+
+    @classmethod
+    def of(cls, accuracy: spinewatch.calibration.quality.accuracy.ShotAccuracy) -> ControlAccuracy:
+        """Return the contract model of the library's residuals."""
+        residuals = zip(accuracy.ids, accuracy.residuals_mm.tolist(), strict=True)
+        return ControlAccuracy(
+            name=accuracy.name,
+            used=accuracy.used,
+            reconstructed=len(accuracy.ids),
+            mean_mm=plain(accuracy.mean_mm),
+            sd_mm=plain(accuracy.sd_mm),
+            residuals_mm=dict(residuals),
+        )
+
+
+class ShotQuality(ControlAccuracy):
+    """The points found in one shot, and how accurately they are reconstructed."""
+
+    points: ImagePointPair
+    image_rms_left_px: Known
+    image_rms_right_px: Known
+
+
+class CalibrationShot(ShotQuality):
+    """One shot: its images, the points found, and how accurately they are reconstructed."""
+
+    images: ImagePair
+
+
+class SizeAccuracy(Part):
+    """RMS errors of distances of about one size, and of angles between legs of that length, on the board."""
+
+    size_mm: float
+    distance_rms_mm: float
+    angle_rms_deg: float
+    measurements: int
+
+
+class Disparity(Part):
+    """Offset of a point of the left image in the right one, over the field, by height."""
+
+    z_mm: Annotated[list[float], Plain, Field(description="Heights.")]
+    u_bounds_px: Vector2
+    v_bounds_px: Vector2
+    mean_px: Annotated[list[Vector2], Plain, Field(description="Mean offset by height.")]
+    sd_px: Annotated[list[Vector2], Plain, Field(description="Its standard deviation over the field.")]
+
+
+class RemovedPoint(Part):
+    """An image point that contradicts the others."""
+
+    side: str
+    shot: str
+    id: str
+    residual_px: Annotated[
+        Number,
+        Field(
+            description="Distance from where the others expect it, px.",
+            validation_alias=AliasChoices("residual_px", "miss_px"),  # reports of version 0.1.0
+        ),
+    ]
+
+
+class CalibrationQuality(Part, Generic[Shot]):
+    """What is known of a calibration besides its rig."""
+
+    model_config = ConfigDict(serialize_by_alias=True)
+
+    control_field: ControlField
+    cameras: CameraQualityPair
+    strong_correlations: Annotated[list[Correlation], Field(alias="correlations_above_0.9")]
+    geometry: StereoGeometry
+    shots: list[Shot]
+    leave_one_out: Annotated[
+        ControlAccuracy | None,
+        Field(description="Each point reconstructed by the rig without it; null when undetermined."),
+    ]
+    angles_on_board: list[SizeAccuracy]
+    disparity: Disparity | None
+    removed: list[RemovedPoint]
+    flags: list[Flag]
+
+
+class CalibrationResult(CalibrationQuality[ShotQuality]):
+    """A calibration from images or coordinates: the rig and its quality, as computed."""
+
+    rig: Rig
+    version: Annotated[str, Field(description="Version of Spinewatch.")]
+
+
+class CalibrationReport(CalibrationQuality[CalibrationShot]):
+    """A stored calibration's quality, with the images that it was made from."""
+
+    version: Annotated[str, Field(description="Version of Spinewatch that made it.")]
+
+
+class Calibration(Schema):
+    """A stored calibration."""
+
+    id: Identifier
+    name: str
+    rig: Rig
+    calibrated_at: Annotated[
+        Timestamp | None, Field(description="When the images were taken; null when unknown.")
+    ]
+    created_at: Timestamp
+    has_report: Annotated[bool, Field(description="Whether it was made from images here.")]
+
+
+class CalibrationDetail(Calibration):
+    """A stored calibration with its report and a summary of its checks."""
+
+    report: Annotated[
+        CalibrationReport | None, Field(description="Null unless it was made from images here.")
+    ]
+    checks: ChecksSummary

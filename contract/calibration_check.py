@@ -1,0 +1,33 @@
+"""Checks of a calibration by the stages that were measured with it."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from contract.base import Identifier, Schema, StageName, Timestamp
+from contract.flag import Flag
+from contract.stage import RigCheck
+
+
+class CalibrationCheck(Schema):
+    """The check by one measured stage."""
+
+    surgery_id: Identifier
+    stage: StageName
+    take: int
+    taken_at: Annotated[Timestamp, Field(description="When it was captured, or else received.")]
+    age_days: Annotated[
+        float, Field(description="Age of the calibration then; negative when it was made afterwards.")
+    ]
+    drift: Annotated[RigCheck | None, Field(description="Null when there were too few balls.")]
+    flags: Annotated[list[Flag], Field(description="The flags about the calibration.")]
+
+
+class ChecksSummary(Schema):
+    """Number of stages measured with a calibration, and of those that question it; ``/checks`` has each."""
+
+    stages: Annotated[int, Field(description="Number of stages measured with it.")]
+    drifted: Annotated[int, Field(description="Number of stages in which the rig had moved.")]
+    old: Annotated[int, Field(description="Number of stages that were taken when it was too old.")]

@@ -1,0 +1,201 @@
+"""Stages of a surgery: what is measured in a stereo pair, and how a stage is shown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from annotated_types import Len
+from pydantic import Field
+from pydantic_core import to_jsonable_python
+
+from contract.base import Identifier, Number, Schema, StageName, Timestamp, Vector2, Vector3
+from contract.flag import Flag
+from contract.image import ImagePair
+from contract.job import Job, JobState
+from contract.triad import Triad
+
+if TYPE_CHECKING:
+    import spinewatch.detection.features
+    import spinewatch.matching.rig_check
+    import spinewatch.pipeline
+
+
+class Feature(Schema):
+    """A possible ball centre."""
+
+    x: Annotated[float, Field(description="u to the right, px; 0 is the centre of the first pixel.")]
+    y: Annotated[float, Field(description="v downwards, px.")]
+    score: Annotated[float, Field(description="Similarity to a ball, 0 to 1.")]
+    sd_px: Annotated[Vector2, Field(description="Standard deviations along u and v, px.")]
+    visible_fraction: Annotated[
+        float | None,
+        Field(description="Visible fraction of the outline if it is a ball, 0 to 1; null if not estimated."),
+    ] = None
+
+    @classmethod
+    def of(cls, features: spinewatch.detection.features.Features) -> list[Feature]:
+        """Return the contract models of the library's features, in their order."""
+        deviations = np.sqrt(np.diagonal(features.covariance_px2, axis1=-2, axis2=-1))
+        visible = [None] * len(features) if features.visible is None else features.visible.tolist()
+        rows = zip(features.xy_px.tolist(), features.score.tolist(), deviations, visible, strict=True)
+        return [
+            cls(x=x, y=y, score=score, sd_px=sd, visible_fraction=fraction)
+            for (x, y), score, sd, fraction in rows
+        ]
+
+
+class FeaturePair(Schema):
+    """Features of both images, best score first."""
+
+    left: list[Feature]
+    right: list[Feature]
+
+    @classmethod
+    def of(
+        cls,
+        left: spinewatch.detection.features.Features,
+        right: spinewatch.detection.features.Features,
+    ) -> FeaturePair:
+        """Return the contract model of the features of both images."""
+        return cls(left=Feature.of(left), right=Feature.of(right))
+
+
+Box = Annotated[
+    list[int], Len(4, 4), Field(description="u0, v0, u1, v1 of the surgical field, px, ends excluded.")
+]
+
+
+class FieldPair(Schema):
+    """The surgical field in both images."""
+
+    left: Box
+    right: Box
+
+
+class ExposurePair(Schema):
+    """How both images are exposed: normal, dark, very_dark, glare or blank."""
+
+    left: str
+    right: str
+
+
+class RigCheck(Schema):
+    """The calibration checked by the balls of a stage: the estimated motion of the right camera."""
+
+    balls: Annotated[int, Field(description="Number of balls visible in both images.")]
+    rms_px: Annotated[Number, Field(description="RMS distance from epipolar lines in the right image, px.")]
+    p_value: Annotated[Number, Field(description="Probability of residuals like these without a motion.")]
+    drifted: Annotated[bool, Field(description="Whether the rig has moved since its calibration.")]
+    rotation_deg: Annotated[Vector3, Field(description="Rotation about the right camera's axes, degrees.")]
+    rotation_sd_deg: Annotated[Vector3, Field(description="Standard deviations of the rotation, degrees.")]
+    shift_mm: Annotated[Vector3, Field(description="Translation along the right camera's axes, mm.")]
+    shift_sd_mm: Annotated[Vector3, Field(description="Standard deviations of the translation, mm.")]
+
+    @classmethod
+    def of(cls, check: spinewatch.matching.rig_check.RigCheck) -> RigCheck:
+        """Return the contract model of the library's check."""
+        values = {name: getattr(check, name) for name in cls.model_fields}
+        return cls.model_validate({**values, "drifted": bool(check.drifted)})
+
+
+class StageResult(Schema):
+    """Everything that is measured in one stereo pair, at full precision, in mm, degrees and pixels."""
+
+    features: FeaturePair
+    fields: FieldPair
+    exposure: ExposurePair
+    triads: Annotated[
+        list[Triad], Field(description="In label order; those without a label by their coordinate, last.")
+    ]
+    flags: list[Flag]
+    rig_check: Annotated[
+        RigCheck | None, Field(description="Null when there were too few balls to check the rig.")
+    ]
+    parameters: Annotated[dict[str, Any], Field(description="All parameters of the method, as they ran.")]
+    templates: Annotated[
+        str | None, Field(description="Version of the template set; null in results of version 0.1.0.")
+    ] = None
+    version: Annotated[str, Field(description="Version of Spinewatch.")]
+
+    @classmethod
+    def of(
+        cls,
+        measurement: spinewatch.pipeline.StageMeasurement,
+        version: str,
+        settings: Mapping[str, Any] | None = None,
+    ) -> StageResult:
+        """Return the contract model of a measurement; raise ``ValueError`` for a number that is not finite."""
+        left, right = measurement.left, measurement.right
+        check = measurement.rig_check
+        return cls(
+            features=FeaturePair.of(left.features, right.features),
+            fields=FieldPair(left=_box(left.field), right=_box(right.field)),
+            exposure=ExposurePair(left=str(left.exposure), right=str(right.exposure)),
+            triads=[Triad.of(triad) for triad in measurement.triads],
+            flags=Flag.of(measurement.flags),
+            rig_check=None if check is None else RigCheck.of(check),
+            parameters={**to_jsonable_python(measurement.parameters), **(settings or {})},
+            templates=measurement.templates_version,
+            version=version,
+        )
+
+
+class CountPair(Schema):
+    """Number of features in both images."""
+
+    left: int
+    right: int
+
+
+class Stage(Schema):
+    """One take of a stage; what is measured is null until the job has succeeded."""
+
+    id: Identifier
+    surgery_id: Identifier
+    name: StageName
+    take: Annotated[
+        int, Field(ge=1, description="Number of the take of this name; results are of the latest.")
+    ]
+    calibration_id: Identifier
+    captured_at: Timestamp | None
+    created_at: Timestamp
+    images: ImagePair
+    state: JobState
+    job: Job
+    features: Annotated[CountPair | None, Field(description="Number of features.")]
+    triads: Annotated[int | None, Field(description="Number of triads.")]
+    flags: list[Flag] | None
+    version: Annotated[str | None, Field(description="Version of Spinewatch that measured it.")]
+
+
+class StageTriads(Schema):
+    """The triads of a measured stage."""
+
+    surgery_id: Identifier
+    stage: StageName
+    take: int
+    frame: Annotated[str, Field(examples=["object space of calibration cart 1"])]
+    triads: list[Triad]
+    flags: list[Flag]
+    parameters: Annotated[dict[str, Any], Field(description="All parameters of the method, as they ran.")]
+    templates: Annotated[
+        str | None, Field(description="Version of the template set; null in results of version 0.1.0.")
+    ]
+    version: Annotated[str, Field(description="Version of Spinewatch that measured it.")]
+
+
+class StageFeatures(Schema):
+    """The features of a measured stage, and where and how they were searched."""
+
+    surgery_id: Identifier
+    stage: StageName
+    take: int
+    fields: FieldPair
+    exposure: ExposurePair
+    features: FeaturePair
+
+
+def _box(field: Any) -> list[int]:
+    return [field.u0, field.v0, field.u1, field.v1]

@@ -1,0 +1,69 @@
+"""Triads: their balls, labels and poses in object space."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+from pydantic import Field
+
+from contract.base import Number, Schema, Vector2, Vector3, plain
+from contract.pose import PoseFields, pose_fields
+
+if TYPE_CHECKING:
+    import spinewatch.triads.labels
+    import spinewatch.triads.pose
+
+
+class Ball(Schema):
+    """One reconstructed ball of a marker."""
+
+    position_mm: Annotated[Vector3, Field(description="Centre in object space, mm.")]
+    sd_mm: Annotated[Vector3, Field(description="Standard deviations of the centre, mm.")]
+    left: Annotated[
+        Vector2 | None, Field(description="Centre in the left image (u, v), px; null where hidden.")
+    ]
+    right: Annotated[
+        Vector2 | None, Field(description="Centre in the right image (u, v), px; null where hidden.")
+    ]
+    parallax_mm: Annotated[
+        Number | None,
+        Field(description="Shortest distance between the two rays, mm; null for one ray."),
+    ]
+
+    @classmethod
+    def of(cls, ball: spinewatch.triads.pose.Ball) -> Ball:
+        """Return the contract model of the library's ball."""
+        return cls(
+            position_mm=plain(ball.position_mm),
+            sd_mm=plain(np.sqrt(np.diagonal(ball.covariance_mm2))),
+            left=plain(ball.left_px),
+            right=plain(ball.right_px),
+            parallax_mm=ball.parallax_mm,
+        )
+
+
+class _Identity(Schema):
+    label: Annotated[str | None, Field(description="The vertebra; null when it is not certain.")]
+    label_reason: Annotated[str | None, Field(description="Why there is no label.")]
+    model: Annotated[str, Field(description="Name of the triad model.")]
+
+
+class Triad(PoseFields, _Identity):
+    """A triad in object space."""
+
+    error_mm: Annotated[Number, Field(description="Distance-matrix error, mm; it finds gross errors only.")]
+    balls: Annotated[dict[str, Ball], Field(description="The balls by name: XX, YY, MX.")]
+
+    @classmethod
+    def of(cls, labelled: spinewatch.triads.labels.LabelledTriad) -> Triad:
+        """Return the contract model of the library's triad; raise ``ValueError`` for a number that is not finite."""
+        measured = labelled.triad
+        return cls(
+            label=labelled.label,
+            label_reason=labelled.label_reason,
+            model=measured.model,
+            **pose_fields(measured.pose, measured.reason),
+            error_mm=measured.error_mm,
+            balls={name: Ball.of(ball) for name, ball in measured.balls.items()},
+        )

@@ -1,0 +1,205 @@
+"""The ball detector of a rig: candidates by templates, then centres by networks, in both views."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+from spinewatch.camera import Camera, Rig
+from spinewatch.detection.candidates.search import (
+    CandidateSearch,
+    Detection,
+    DetectionParameters,
+    prepare_search,
+)
+from spinewatch.detection.candidates.templates import TemplateSet, default_template_set
+from spinewatch.detection.refinement.centres import (
+    CentreParameters,
+    NominalView,
+    Proposals,
+    propose,
+    refine,
+)
+from spinewatch.detection.refinement.lamp import expected_lamp
+from spinewatch.detection.refinement.network_file import default_networks
+from spinewatch.detection.refinement.networks import BallNetworks
+from spinewatch.errors import ImageSizeError, ParameterError
+from spinewatch.imaging.frame import SIDES, Frame
+from spinewatch.parallel import both
+
+
+@dataclass(frozen=True, eq=False)
+class BallDetector:
+    """Detector of the balls in the pairs of one rig, prepared once by `prepare_detector`.
+
+    Attributes
+    ----------
+    views
+        Camera, nominal ball size and expected lamp of the left and the right view.
+    searches
+        Candidate search of the left and the right view, with templates scaled to the ball size.
+    centres
+        Parameters of the centres.
+    networks
+        Networks that estimate the centres.
+    template_version
+        Version of the template set, to be stored with results.
+    """
+
+    views: tuple[NominalView, NominalView]
+    searches: tuple[CandidateSearch, CandidateSearch]
+    centres: CentreParameters
+    networks: BallNetworks
+    template_version: str
+
+    def detect(self, left: Frame, right: Frame, pool: Executor | None = None) -> tuple[Detection, Detection]:
+        """Return the balls of a pair: features with refined centres, covariances and scores.
+
+        Parameters
+        ----------
+        left, right
+            The two images.
+        pool
+            Executes the right view at the same time as the left one; None for one after the other.
+
+        Returns
+        -------
+        tuple of Detection
+            Left and right detection, most probable balls first.
+
+        Raises
+        ------
+        ImageError
+            For images that are not gray images of 8 or 16 bits.
+        ImageSizeError
+            For images of another size than the rig's.
+        ParameterError
+            When left and right are exchanged.
+        """
+        frames = (left, right)
+        if (left.side, right.side) != SIDES:
+            raise ParameterError("the frames are not a left and a right one; give the left frame first")
+        for view, frame in zip(self.views, frames, strict=True):
+            check_image_size(frame, view.camera)
+
+        def propose_in(number: int) -> tuple[Detection, Proposals]:
+            view, frame = self.views[number], frames[number]
+            found = self.searches[number].detect(frame)
+            return found, propose(view, frame, found.features, self.networks, self.centres)
+
+        (left_found, left_proposals), (right_found, right_proposals) = both(propose_in, 0, 1, pool)
+        left_features, right_features = refine((left_proposals, right_proposals), self.centres, pool)
+        return replace(left_found, features=left_features), replace(right_found, features=right_features)
+
+
+def prepare_detector(
+    rig: Rig,
+    ranges_mm: tuple[float, float],
+    ball_diameter_mm: float,
+    detection: DetectionParameters,
+    centres: CentreParameters,
+    templates: TemplateSet | None = None,
+    networks: BallNetworks | None = None,
+) -> BallDetector:
+    """Return the detector of a rig, with what depends on rig and parameters only computed in advance.
+
+    Parameters
+    ----------
+    rig
+        The rig.
+    ranges_mm
+        Nominal range of the balls along the left and the right optical axis, mm.
+    ball_diameter_mm
+        Diameter of a ball, mm.
+    detection
+        Parameters of the candidate search.
+    centres
+        Parameters of the centres.
+    templates
+        Template set; None for the one that ships.
+    networks
+        Networks; None for those that ship.
+
+    Returns
+    -------
+    BallDetector
+        The prepared detector.
+
+    Examples
+    --------
+    >>> camera = Camera((-150, 0, 700), (0, 12, 0), 9.0, (0, 0), (0, 0), (0, 0), (568, 416), (0.01, 0.00845))
+    >>> other = replace(camera, position_mm=(150, 0, 700), rotation_deg=(0, -12, 0))
+    >>> detector = prepare_detector(
+    ...     Rig("cart", camera, other), (715.0, 715.0), 8.0, DetectionParameters(), CentreParameters()
+    ... )
+    >>> [round(size, 1) for size in detector.views[0].ball_px]
+    [10.1, 11.9]
+    """
+    templates = templates or default_template_set()
+    sizes = nominal_ball_px(rig, ranges_mm, ball_diameter_mm)
+    cameras = (rig.left, rig.right)
+    views = [
+        NominalView(camera, ball_px, expected_lamp(rig, camera, range_mm))
+        for camera, ball_px, range_mm in zip(cameras, sizes, ranges_mm, strict=True)
+    ]
+    searches = [
+        prepare_search(side, ball_px, camera.image_size_px, detection, templates)
+        for side, camera, ball_px in zip(SIDES, cameras, sizes, strict=True)
+    ]
+    return BallDetector(
+        (views[0], views[1]),
+        (searches[0], searches[1]),
+        centres,
+        networks or default_networks(),
+        templates.version,
+    )
+
+
+def nominal_ball_px(
+    rig: Rig, ranges_mm: tuple[float, float], ball_diameter_mm: float
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the nominal size of balls in both views.
+
+    Parameters
+    ----------
+    rig
+        The rig.
+    ranges_mm
+        Nominal range of the balls along the left and the right optical axis, mm.
+    ball_diameter_mm
+        Diameter of a ball, mm.
+
+    Returns
+    -------
+    tuple
+        Width and height in the left image, and in the right one, px.
+    """
+    left, right = ranges_mm
+    return (
+        rig.left.ball_diameter_px(ball_diameter_mm, left),
+        rig.right.ball_diameter_px(ball_diameter_mm, right),
+    )
+
+
+def check_image_size(frame: Frame, camera: Camera) -> None:
+    """Check that an image has the size that its camera was calibrated for.
+
+    Parameters
+    ----------
+    frame
+        The image.
+    camera
+        Its camera.
+
+    Raises
+    ------
+    ImageSizeError
+        When the sizes differ.
+    """
+    width, height = camera.image_size_px
+    if frame.pixels.shape != (height, width):
+        shape = " x ".join(str(n) for n in reversed(frame.pixels.shape))
+        raise ImageSizeError(
+            f"the {frame.side} image is {shape} pixels, the rig was calibrated for {width} x {height}; "
+            "send the image as the camera took it, or the rig of this camera"
+        )

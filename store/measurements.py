@@ -1,0 +1,140 @@
+"""Results of stages in the database: contract models as JSON, and the poses for motion."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session, undefer
+
+from contract.event import Actor
+from contract.stage import FeaturePair, StageResult
+from contract.triad import Triad
+from spinewatch.triads.pose import Pose
+from store import events, stages, tables
+from store.errors import StageNotMeasuredError
+from store.tables import FeatureList, Measurement, Stage
+
+
+def add(session: Session, stage_id: str, result: StageResult, now: datetime, actor: Actor) -> None:
+    """Add the result of a stage.
+
+    Parameters
+    ----------
+    session
+        Session that writes.
+    stage_id
+        Identifier of the stage.
+    result
+        What was measured.
+    now
+        Time of the result.
+    actor
+        The worker.
+    """
+    document = result.model_dump(mode="json")
+    features, triads = document.pop("features"), document.pop("triads")
+    session.add(
+        Measurement(
+            stage_id=stage_id,
+            result=document,
+            created_at=now,
+            features=[FeatureList(side=side, count=len(p), points=p) for side, p in features.items()],
+        )
+    )
+    session.add_all(
+        tables.Triad(stage_id=stage_id, position=position, label=triad["label"], triad=triad)
+        for position, triad in enumerate(triads)
+    )
+    surgery_id = session.scalars(select(Stage.surgery_id).where(Stage.id == stage_id)).one()
+    events.append(session, now, actor, events.Action.STAGE_MEASURED, stage_id, surgery_id)
+
+
+def get(session: Session, surgery_id: str, name: str) -> tuple[Stage, Measurement]:
+    """Return the latest take of a stage and its measurement.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    surgery_id
+        Identifier of the surgery.
+    name
+        Name of the stage.
+
+    Returns
+    -------
+    tuple of Stage and Measurement
+        The rows.
+
+    Raises
+    ------
+    NotFoundError
+        There is no such surgery or stage.
+    StageNotMeasuredError
+        The stage's job has not succeeded.
+    """
+    stage = stages.get(session, surgery_id, name)
+    if stage.measurement is None:
+        raise StageNotMeasuredError(
+            f"stage {stage.name} has no result: its job is {stage.job.state.value};"
+            " wait until the job has succeeded, or take the stage again"
+        )
+    return stage, stage.measurement
+
+
+def triads(session: Session, stage_id: str) -> list[Triad]:
+    """Return the triads of a measured stage.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    stage_id
+        Identifier of the stage.
+
+    Returns
+    -------
+    list of Triad
+        In the order of the measurement.
+    """
+    query = select(tables.Triad.triad).where(tables.Triad.stage_id == stage_id)
+    return [Triad.model_validate(triad) for triad in session.scalars(query.order_by(tables.Triad.position))]
+
+
+def features(session: Session, stage_id: str) -> FeaturePair:
+    """Return the features of a measured stage.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    stage_id
+        Identifier of the stage.
+
+    Returns
+    -------
+    FeaturePair
+        Those of both images.
+    """
+    query = select(FeatureList).where(FeatureList.stage_id == stage_id).options(undefer(FeatureList.points))
+    return FeaturePair.model_validate({row.side: row.points for row in session.scalars(query)})
+
+
+def poses(session: Session, stage_id: str) -> dict[str, Pose]:
+    """Return the poses of the labelled triads of a measured stage.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    stage_id
+        Identifier of the stage.
+
+    Returns
+    -------
+    dict of str to Pose
+        Poses by label, in object space of the stage's calibration; a triad without a pose has none.
+    """
+    found = ((triad.label, triad.pose()) for triad in triads(session, stage_id))
+    return {label: pose for label, pose in found if label is not None and pose is not None}

@@ -1,0 +1,91 @@
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from commands.shared.api_client import ApiClient, ServiceError
+from commands.shared.files import InputError
+
+Handler = Callable[[httpx.Request], httpx.Response]
+
+
+def client(handler: Handler) -> ApiClient:
+    return ApiClient("http://service/", httpx.MockTransport(handler))
+
+
+def problem(status: int, body: dict[str, Any]) -> httpx.Response:
+    headers = {"Content-Type": "application/problem+json"}
+    return httpx.Response(status, content=json.dumps(body), headers=headers)
+
+
+def test_requests_and_what_they_return(tmp_path: Path) -> None:
+    requests: list[httpx.Request] = []
+
+    def handle(request: httpx.Request) -> httpx.Response:
+        requests.append(request)
+        return httpx.Response(202, json={"id": "x1"}, headers={"Location": "/v1/jobs/j1"})
+
+    for side in ("left", "right"):
+        (tmp_path / f"{side}.png").write_bytes(side.encode())
+    with client(handle) as api:
+        assert api.add_calibration(b'{"name": "rig"}') == "x1"
+        assert api.add_surgery({"reference": "17"}) == "x1"
+        stage = api.submit_stage("s1", "PRE", "c1", tmp_path)
+        assert api.get("/v1/jobs/j1") == {"id": "x1"}
+    assert (stage.name, stage.job_path) == ("PRE", "/v1/jobs/j1")
+    assert [(request.method, request.url.path) for request in requests] == [
+        ("POST", "/v1/calibrations"),
+        ("POST", "/v1/surgeries"),
+        ("POST", "/v1/surgeries/s1/stages"),
+        ("GET", "/v1/jobs/j1"),
+    ]
+    assert requests[0].headers["content-type"] == "application/json"
+    body = requests[2].content
+    assert all(part in body for part in (b'name="left"', b'name="right"', b"c1", b"PRE"))
+
+
+def test_a_rejected_request_has_the_sentence_of_the_problem() -> None:
+    with (
+        client(lambda _: problem(409, {"title": "Stage exists", "detail": "choose another name"})) as api,
+        pytest.raises(ServiceError, match=r"^GET /v1/x: 409 choose another name$"),
+    ):
+        api.get("/v1/x")
+
+
+@pytest.mark.parametrize(
+    ("response", "words"),
+    [
+        (problem(500, {"title": "Internal error"}), "500 Internal error"),
+        (httpx.Response(502, text="<html>"), "502 Bad Gateway"),
+    ],
+)
+def test_a_problem_without_a_sentence(response: httpx.Response, words: str) -> None:
+    with client(lambda _: response) as api, pytest.raises(ServiceError, match=words):
+        api.get("/v1/x")
+
+
+def test_a_service_that_cannot_be_reached() -> None:
+    def refuse(request: httpx.Request) -> httpx.Response:
+        raise httpx.ConnectError("refused", request=request)
+
+    with client(refuse) as api:
+        assert not api.ready()
+        with pytest.raises(ServiceError, match="no answer from http://service: refused"):
+            api.get("/v1/x")
+
+
+def test_ready_is_what_the_service_reports() -> None:
+    for status, ready in ((200, True), (503, False)):
+        with client(lambda _, status=status: httpx.Response(status)) as api:  # type: ignore[misc]
+            assert api.ready() is ready
+
+
+def test_a_missing_image_is_named_before_anything_is_sent(tmp_path: Path) -> None:
+    def fail(request: httpx.Request) -> httpx.Response:
+        raise AssertionError(request.url)
+
+    with client(fail) as api, pytest.raises(InputError, match=r"left\.png"):
+        api.submit_stage("s1", "PRE", "c1", tmp_path)

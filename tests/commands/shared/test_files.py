@@ -1,0 +1,55 @@
+from pathlib import Path
+
+import pytest
+
+from commands.shared.files import (
+    InputError,
+    OutputError,
+    make_folder,
+    read_bytes,
+    read_json,
+    read_text,
+    write_bytes,
+    write_text,
+)
+
+
+def test_text_is_written_and_read_in_utf_8(tmp_path: Path) -> None:
+    path = tmp_path / "text"
+    write_text(path, "Wirbelsäule\n")
+    assert read_text(path) == "Wirbelsäule\n"
+    assert read_bytes(path) == "Wirbelsäule\n".encode()
+
+
+def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
+    for path in (tmp_path / "missing", tmp_path):
+        with pytest.raises(InputError, match=f"cannot read {path}: "):
+            read_bytes(path)
+
+
+def test_a_file_that_is_not_text_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "binary"
+    path.write_bytes(b"\xff\xfe")
+    with pytest.raises(InputError, match=f"{path} is not a text file"):
+        read_text(path)
+
+
+@pytest.mark.parametrize("text", ["", "{", "[" * 100_000])
+def test_a_file_that_is_not_json_is_named(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "file.json"
+    path.write_text(text)
+    with pytest.raises(InputError, match=f"{path} is not JSON"):
+        read_json(path)
+    path.write_text('{"a": 1}')
+    assert read_json(path) == {"a": 1}
+
+
+def test_a_file_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "missing" / "file"
+    with pytest.raises(OutputError, match=f"cannot write {path}: "):
+        write_text(path, "")
+    make_folder(path.parent)
+    make_folder(path.parent)
+    write_bytes(path, b"content")
+    with pytest.raises(OutputError, match=f"cannot create {path / 'below'}: "):
+        make_folder(path / "below")

@@ -1,0 +1,48 @@
+"""The pose's fields: one spelling in the contract, one in the library."""
+
+import re
+
+import numpy as np
+import pytest
+
+from contract.pose import PoseFields, pose_fields
+from spinewatch.triads.pose import Pose
+from tests.contract.results import pose
+from tests.paths import PROJECT
+
+ROOMS = ("contract", "spinewatch", "store", "workers", "service", "reports", "commands", "settings")
+NAMES = ("position_sd_mm", "angles_deg", "rotation_sd_deg", "covariance", "normal")
+
+
+def test_the_fields_of_a_pose_are_spelled_once_in_the_contract_and_once_in_the_library() -> None:
+    spelled = {
+        path.relative_to(PROJECT).as_posix()
+        for room in ROOMS
+        for path in (PROJECT / room).rglob("*.py")
+        if all(re.search(rf"\b{name}\b", path.read_text()) for name in NAMES)
+    }
+    assert spelled == {"contract/pose.py", "spinewatch/triads/pose.py"}
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_pose_passes_through_json_to_the_last_bit(seed: int) -> None:
+    given = pose(seed)
+    made = PoseFields(**pose_fields(given, None))
+    again = PoseFields.model_validate_json(made.model_dump_json()).pose()
+    assert isinstance(again, Pose)
+    for name in ("position_mm", "rotation", "covariance"):
+        assert getattr(again, name).tobytes() == np.ascontiguousarray(getattr(given, name)).tobytes()
+
+
+def test_derived_fields_agree_with_the_pose() -> None:
+    given = pose()
+    made = PoseFields(**pose_fields(given, None))
+    assert made.normal == given.rotation[:, 2].tolist()
+    np.testing.assert_allclose(np.cos(np.radians(made.angles_deg or [])), given.normal)
+    np.testing.assert_allclose(np.square(made.position_sd_mm or []), np.diag(given.covariance)[:3])
+
+
+def test_without_a_pose_every_field_is_null() -> None:
+    made = PoseFields(**pose_fields(None, "two balls only"))
+    assert made.pose() is None
+    assert made.model_dump(exclude_none=True) == {"reason": "two balls only"}

@@ -1,0 +1,49 @@
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+from sqlalchemy.orm import Session
+
+from migrations.history import upgrade
+from service.images import file_response, image_pair
+from spinewatch.imaging.header import inspect_image
+from store import images
+from store.database import Database
+from store.images import NewImage
+from store.tables import Image
+from tests.paths import SAMPLES
+
+CONTENT = (SAMPLES / "D1" / "PRE" / "left.png").read_bytes()
+
+
+@pytest.fixture
+def database(tmp_path: Path) -> Database:
+    url = f"sqlite:///{tmp_path / 'spinewatch.sqlite'}"
+    upgrade(url)
+    return Database(url)
+
+
+def stored(session: Session) -> Image:
+    return images.add(session, NewImage(CONTENT, inspect_image(CONTENT)), datetime.now(UTC))
+
+
+def test_a_file_is_sent_unless_the_client_has_it(database: Database) -> None:
+    with database.write() as session:
+        row = stored(session)
+        session.flush()
+        response = file_response(session, row, None)
+        assert (response.status_code, response.body) == (200, CONTENT)
+        assert response.headers["etag"] == f'"{row.sha256}"'
+        assert response.headers["x-content-type-options"] == "nosniff"
+        assert file_response(session, row, f'W/"{row.sha256}"').status_code == 304
+        assert file_response(session, row, '"other"').status_code == 200
+    database.close()
+
+
+def test_a_pair_is_described_without_its_content(database: Database) -> None:
+    with database.write() as session:
+        row = stored(session)
+        pair = image_pair(row, row)
+    assert (pair.left.width_px, pair.left.height_px, pair.left.size_bytes) == (568, 416, len(CONTENT))
+    assert pair.right == pair.left
+    database.close()

@@ -1,0 +1,100 @@
+"""The detector on the sample surgery, whose ball centres are known."""
+
+import json
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from spinewatch.camera import Rig
+from spinewatch.detection.candidates.search import DetectionParameters
+from spinewatch.detection.candidates.templates import TemplateSet, default_template_set
+from spinewatch.detection.detector import BallDetector, check_image_size, nominal_ball_px, prepare_detector
+from spinewatch.detection.refinement.centres import CentreParameters
+from spinewatch.errors import ImageSizeError, ParameterError
+from spinewatch.imaging.decoding import decode_image
+from spinewatch.imaging.frame import SIDES, Frame
+from spinewatch.rig_files.rig_json import parse_rig
+from tests.paths import SAMPLES
+
+D1 = SAMPLES / "D1"
+RANGES_MM = (711.0, 695.8)
+STAGES = ("PRE", "INTER", "POST")
+
+
+@pytest.fixture(scope="module")
+def rig() -> Rig:
+    return parse_rig((D1 / "rig.json").read_bytes())
+
+
+@pytest.fixture(scope="module")
+def detector(rig: Rig) -> BallDetector:
+    return prepare_detector(rig, RANGES_MM, 8.0, DetectionParameters(), CentreParameters())
+
+
+def pair(name: str) -> tuple[Frame, Frame]:
+    left, right = (Frame(decode_image((D1 / name / f"{side}.png").read_bytes()), side) for side in SIDES)
+    return left, right
+
+
+def errors_of_stage(name: str, detector: BallDetector) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the errors of refined centres and the deviations stated, each (n, 2), px."""
+    truth = json.loads((D1 / name / "truth.json").read_text())
+    errors, stated = [], []
+    for side, found in zip(SIDES, detector.detect(*pair(name)), strict=True):
+        true = np.array([b[side]["center_px"] for t in truth["triads"] for b in t["balls"].values()])
+        features = found.features
+        near = np.linalg.norm(features.xy_px[None] - true[:, None], axis=2).argmin(axis=1)
+        errors.append(features.xy_px[near] - true)
+        stated.append(np.sqrt(features.covariance_px2[near].diagonal(axis1=1, axis2=2)))
+    return np.concatenate(errors), np.concatenate(stated)
+
+
+def test_centres_are_within_a_tenth_of_a_pixel_and_so_are_their_deviations(detector: BallDetector) -> None:
+    parts = [errors_of_stage(name, detector) for name in STAGES]
+    error, stated = (np.concatenate(part) for part in zip(*parts, strict=True))
+    assert np.sqrt((error**2).mean(axis=0)).max() < 0.1
+    assert 0.3 < ((error / stated) ** 2).mean() < 1.5
+
+
+def test_balls_come_first_and_no_ball_twice(detector: BallDetector) -> None:
+    features = detector.detect(*pair("PRE"))[0].features
+    assert np.all(features.score[:12] > 0.75)
+    assert features.visible is not None
+    assert np.all(features.visible[:12] > 0.6)
+    apart = np.linalg.norm(features.xy_px[:30, None] - features.xy_px[:30], axis=2) + 99 * np.eye(30)
+    assert apart.min() > 1.5
+
+
+def test_a_pool_changes_no_bit(detector: BallDetector) -> None:
+    alone = detector.detect(*pair("POST"))
+    with ThreadPoolExecutor(1) as pool:
+        together = detector.detect(*pair("POST"), pool)
+    for one, other in zip(alone, together, strict=True):
+        assert np.array_equal(one.features.xy_px, other.features.xy_px)
+        assert np.array_equal(one.features.covariance_px2, other.features.covariance_px2)
+
+
+def test_the_version_of_the_templates_is_known(rig: Rig, detector: BallDetector) -> None:
+    ships = default_template_set()
+    assert detector.template_version == ships.version
+    mine = TemplateSet("mine", ships.diameter_px, ships.trees)
+    parameters = (DetectionParameters(), CentreParameters())
+    assert prepare_detector(rig, RANGES_MM, 8.0, *parameters, mine).template_version == "mine"
+
+
+def test_frames_of_another_size_or_side_are_refused(rig: Rig, detector: BallDetector) -> None:
+    left, right = pair("PRE")
+    small = Frame(left.pixels[:-1], "left")
+    with pytest.raises(ImageSizeError, match="568 x 415 pixels"):
+        detector.detect(small, right)
+    with pytest.raises(ImageSizeError):
+        check_image_size(small, rig.left)
+    with pytest.raises(ParameterError, match="left frame first"):
+        detector.detect(right, left)
+
+
+def test_balls_appear_larger_when_nearer(rig: Rig) -> None:
+    (far, _), (near, _) = (nominal_ball_px(rig, (r, r), 8.0) for r in (700.0, 350.0))
+    assert near == pytest.approx((2 * far[0], 2 * far[1]))

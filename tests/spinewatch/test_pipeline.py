@@ -1,0 +1,88 @@
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, replace
+
+import numpy as np
+import pytest
+
+from spinewatch.camera import Rig
+from spinewatch.errors import ImageSizeError, ParameterError, SameImageError
+from spinewatch.imaging.decoding import decode_image
+from spinewatch.imaging.frame import SIDES, Frame
+from spinewatch.pipeline import Parameters, StageMeasurement, StageMeasurer, StageRequest
+from spinewatch.rig_files.rig_json import parse_rig
+from tests.paths import SAMPLES
+
+REQUEST = StageRequest(labels=("L1", "T11", "T9", "T7"), spine_axis="x")
+
+
+@pytest.fixture(scope="module")
+def rig() -> Rig:
+    return parse_rig((SAMPLES / "D1" / "rig.json").read_bytes())
+
+
+def frames(stage: str) -> tuple[Frame, Frame]:
+    left, right = (
+        Frame(decode_image((SAMPLES / "D1" / stage / f"{side}.png").read_bytes()), side) for side in SIDES
+    )
+    return left, right
+
+
+def poses(measured: StageMeasurement) -> list[bytes]:
+    found = [triad.triad.pose for triad in measured.triads]
+    return [pose.covariance.tobytes() + pose.position_mm.tobytes() for pose in found if pose is not None]
+
+
+def test_a_prepared_measurer_gives_the_same_bits_as_a_new_one_with_or_without_a_pool(rig: Rig) -> None:
+    first, second = frames("PRE"), frames("POST")
+    with ThreadPoolExecutor(max_workers=1) as pool:
+        prepared = StageMeasurer(rig, pool=pool)
+        both = [poses(prepared.measure(*pair, REQUEST)) for pair in (first, second, first)]
+    assert both[0] == both[2]
+    assert both[1] == poses(StageMeasurer(rig).measure(*second, REQUEST))
+    assert len(both[0]) == len(both[1]) == 4
+
+
+def test_the_measurement_holds_what_it_was_made_with(rig: Rig) -> None:
+    parameters = replace(Parameters(), labels=replace(Parameters().labels, spacing_sd=0.2))
+    measurer = StageMeasurer(rig, parameters)
+    steps: list[tuple[str, float]] = []
+    measured = measurer.measure(
+        *frames("PRE"), REQUEST, lambda step, fraction: steps.append((step, fraction))
+    )
+    assert asdict(measured.parameters)["labels"]["spacing_sd"] == 0.2
+    assert measured.templates_version
+    assert [step for step, _ in steps] == ["detect", "match", "label"]
+    assert [fraction for _, fraction in steps] == sorted(fraction for _, fraction in steps)
+
+
+def test_flags_about_an_image_name_its_side(rig: Rig) -> None:
+    left, right = frames("PRE")
+    blank = replace(right, pixels=np.full_like(right.pixels, 7))
+    measured = StageMeasurer(rig).measure(left, blank, REQUEST)
+    (flag,) = [flag for flag in measured.flags if flag.code == "blank-image"]
+    assert flag.detail.startswith("right: ")
+
+
+def test_impossible_pairs_are_refused(rig: Rig) -> None:
+    left, right = frames("PRE")
+    measurer = StageMeasurer(rig)
+    with pytest.raises(SameImageError):
+        measurer.measure(left, replace(left, side="right"), REQUEST)
+    with pytest.raises(ImageSizeError):
+        measurer.measure(left, replace(right, pixels=right.pixels[:-1]), REQUEST)
+    with pytest.raises(ParameterError):
+        measurer.measure(right, left, REQUEST)
+
+
+@pytest.mark.parametrize(
+    "request_", [{"labels": ("L1", "L1")}, {"labels": ("",)}, {"triads": 0}, {"labels": ("L1",), "triads": 2}]
+)
+def test_a_request_that_contradicts_itself_is_refused(request_: dict[str, object]) -> None:
+    with pytest.raises(ParameterError):
+        StageRequest(**request_)  # type: ignore[arg-type]
+
+
+def test_a_rig_with_parallel_axes_needs_a_range(rig: Rig) -> None:
+    parallel = Rig("parallel", rig.left, replace(rig.right, rotation_deg=rig.left.rotation_deg))
+    with pytest.raises(ParameterError, match="range"):
+        StageMeasurer(parallel)

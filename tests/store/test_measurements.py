@@ -1,0 +1,86 @@
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from sqlalchemy import event, text
+
+from contract.triad import Triad
+from store import measurements, stages
+from store.database import Database
+from store.errors import NotFoundError, StageNotMeasuredError
+from tests.store.builders import (
+    RIG_CHECK,
+    claimed,
+    new_stage,
+    new_surgery,
+    stage_result,
+    succeed,
+    triad,
+    without_pose,
+)
+
+LABELS = [triad("L1"), triad(None, label_reason="the gaps do not decide"), triad("T11")]
+
+
+def test_what_is_stored_is_what_comes_out(database: Database) -> None:
+    surgery = new_surgery(database)
+    stage = new_stage(database, surgery)
+    result = stage_result([*LABELS, without_pose("T9")], rig_check=RIG_CHECK)
+    succeed(database, claimed(database, stage.job.id), result=result)
+    with database.read() as session:
+        _, measured = measurements.get(session, surgery, "PRE")
+        triads = measurements.triads(session, stage.id)
+        features = measurements.features(session, stage.id)
+    assert triads == result.triads
+    assert features == result.features
+    assert measured.result == result.model_dump(mode="json", exclude={"features", "triads"})
+    assert measured.triad_count == 4
+    assert {row.side: row.count for row in measured.features} == {"left": 2, "right": 1}
+
+
+@given(st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=3, max_size=3))
+def test_numbers_pass_through_json_to_the_last_bit(position: list[float]) -> None:
+    made = Triad.model_validate(triad("L1", position_mm=position))
+    again = Triad.model_validate(json.loads(json.dumps(made.model_dump(mode="json"))))
+    assert again == made
+    assert np.array(again.position_mm).tobytes() == np.array(position).tobytes()
+
+
+def test_poses_are_those_of_the_labelled_triads(database: Database) -> None:
+    surgery = new_surgery(database)
+    stage = new_stage(database, surgery)
+    with pytest.raises(StageNotMeasuredError, match="queued"), database.read() as session:
+        measurements.get(session, surgery, "PRE")
+    succeed(database, claimed(database, stage.job.id), result=stage_result([*LABELS, without_pose("T9")]))
+    with database.read() as session:
+        poses = measurements.poses(session, stage.id)
+    assert list(poses) == ["L1", "T11"]
+    assert poses["L1"].position_mm == pytest.approx([1, 2, 3])
+    assert poses["L1"].rotation == pytest.approx(np.eye(3))
+    assert poses["L1"].covariance.shape == (6, 6)
+
+
+def test_a_stage_that_does_not_exist(database: Database) -> None:
+    surgery = new_surgery(database)
+    with database.read() as session, pytest.raises(NotFoundError, match="stage"):
+        measurements.get(session, surgery, "PRE")
+
+
+def test_a_list_of_stages_counts_triads_without_loading_them(database: Database) -> None:
+    surgery = new_surgery(database)
+    succeed(database, claimed(database, new_stage(database, surgery).job.id))
+    statements: list[str] = []
+    event.listen(database.engine, "before_cursor_execute", lambda *arguments: statements.append(arguments[2]))
+    with database.read() as session:
+        (stage,) = stages.listed(session, surgery, 10, 0).items
+    assert stage.measurement is not None
+    assert stage.measurement.triad_count == 2
+    assert not any("triads.triad" in statement or "features.points" in statement for statement in statements)
+
+
+def test_a_triad_of_a_stage_without_a_measurement_is_refused(database: Database) -> None:
+    with database.read() as session:
+        keys = session.execute(text("PRAGMA foreign_key_list(triads)")).all()
+    assert [key[2:5] for key in keys] == [("measurements", "stage_id", "stage_id")]

@@ -1,0 +1,25 @@
+import pytest
+
+from contract.job import JobState
+from store import surgeries
+from store.database import Database
+from store.errors import NotFoundError
+from tests.store.builders import new_stage, new_surgery
+
+
+def test_a_surgery_comes_with_its_stages_and_their_jobs(database: Database) -> None:
+    surgery = new_surgery(database)
+    new_stage(database, surgery)
+    with database.read() as session:
+        row = surgeries.get_with_stages(session, surgery)
+        listed = surgeries.listed(session, 10, 0)
+    assert (row.reference, row.vertebrae, row.spine_axis) == ("2026-0417", ["L1", "T11", "T9", "T7"], "x")
+    assert [(stage.name, stage.job.state) for stage in row.stages] == [("PRE", JobState.QUEUED)]
+    assert (listed.total, listed.items[0].id) == (1, surgery)
+
+
+def test_an_unknown_surgery(database: Database) -> None:
+    with database.read() as session:
+        for get in (surgeries.get, surgeries.get_with_stages):
+            with pytest.raises(NotFoundError, match="surgery"):
+                get(session, "none")

@@ -1,0 +1,105 @@
+"""Stages measured on real images."""
+
+from dataclasses import fields
+from datetime import timedelta
+from pathlib import Path
+
+import pytest
+from sqlalchemy import func, select, text
+
+from contract.job import JobState
+from settings import Settings
+from spinewatch.detection.candidates.templates import (
+    TemplateError,
+    default_template_set,
+    write_template_set,
+)
+from spinewatch.pipeline import Parameters
+from store import calibrations, jobs, measurements
+from store.calibration_checks import OLD
+from store.clock import utc_now
+from store.database import Database
+from store.tables import Job, Measurement, Stage
+from tests.store.builders import CLIENT, RIG, WORKER, new_stage, new_surgery, sample_pair
+from workers.handlers.stage import handler
+from workers.registry import Registry
+from workers.worker import Worker
+
+
+def work_on(database: Database, stage: Stage, settings: Settings | None = None) -> Job:
+    settings = settings or Settings()
+    Worker(database, settings, Registry([handler(settings)]), WORKER).handle(stage.job.id)
+    with database.read() as session:
+        return jobs.get(session, stage.job.id)
+
+
+def submitted(database: Database, pair: tuple[bytes, bytes]) -> Stage:
+    return new_stage(database, new_surgery(database), pair=pair, now=utc_now())
+
+
+def count(database: Database) -> int:
+    with database.read() as session:
+        return session.scalar(select(func.count()).select_from(Measurement)) or 0
+
+
+def test_a_stage_is_measured_and_says_with_what(database: Database, tmp_path: Path) -> None:
+    file = tmp_path / "templates.npz"
+    file.write_bytes(write_template_set(default_template_set()))
+    stage = submitted(database, sample_pair())
+    job = work_on(database, stage, Settings(templates=file))
+    assert (job.state, job.attempts) == (JobState.SUCCEEDED, 1)
+    with database.read() as session:
+        _, measured = measurements.get(session, stage.surgery_id, "PRE")
+        triads = measurements.triads(session, stage.id)
+    assert [triad.label for triad in triads] == ["L1", "T11", "T9", "T7"]
+    assert measured.result["templates"] == default_template_set().version
+    ran = dict(measured.result["parameters"])
+    assert ran.pop("calibration_max_age_days") == 1.0
+    assert set(ran) == {field.name for field in fields(Parameters)}
+    assert OLD not in {flag["code"] for flag in measured.result["flags"]}
+
+
+def test_a_stage_measured_with_an_old_calibration_is_flagged(database: Database) -> None:
+    with database.write() as session:
+        before = utc_now() - timedelta(days=2)
+        calibration = calibrations.add(session, RIG, before, CLIENT, before)
+    stage = new_stage(
+        database,
+        new_surgery(database),
+        pair=sample_pair(),
+        now=utc_now(),
+        calibration=calibration.id,
+    )
+    work_on(database, stage)
+    with database.read() as session:
+        _, measured = measurements.get(session, stage.surgery_id, "PRE")
+    (flag,) = [flag for flag in measured.result["flags"] if flag["code"] == OLD]
+    assert "2.0 days old" in flag["detail"]
+
+
+def test_an_image_that_cannot_be_decoded_fails_at_once_by_name(database: Database) -> None:
+    left, right = sample_pair()
+    job = work_on(database, submitted(database, (left, right[:20_000])))
+    assert (job.state, job.attempts) == (JobState.FAILED, 1)
+    assert job.error is not None
+    assert job.error["code"] == "invalid-image"
+    assert count(database) == 0
+
+
+def test_the_same_image_in_two_files_fails_by_name(database: Database) -> None:
+    left, _ = sample_pair()
+    job = work_on(database, submitted(database, (left, left + b"\0")))
+    assert job.error is not None
+    assert job.error["code"] == "same-image-twice"
+
+
+def test_a_stage_that_breaks_the_library_is_tried_again(database: Database) -> None:
+    stage = submitted(database, sample_pair())
+    with database.write() as session:
+        session.execute(text("UPDATE surgeries SET vertebrae = '[[]]'"))  # not names, as labels must be
+    assert work_on(database, stage).state is JobState.QUEUED
+
+
+def test_a_template_file_that_cannot_be_used_is_named(tmp_path: Path) -> None:
+    with pytest.raises(TemplateError, match="SPINEWATCH_TEMPLATES"):
+        handler(Settings(templates=tmp_path / "none.npz"))

@@ -1,0 +1,165 @@
+"""Handlers of jobs by kind. A new kind is one file in workers/handlers/: no table, no other code knows it."""
+
+from __future__ import annotations
+
+import pkgutil
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from datetime import datetime
+from importlib import import_module
+from typing import Any, ClassVar, Generic, TypeVar
+
+from sqlalchemy.orm import Session
+
+from contract.event import Actor
+from settings import Settings
+from spinewatch.errors import SpinewatchError
+from spinewatch.progress import Progress
+from store.jobs import Lease
+from workers import handlers
+
+Work = TypeVar("Work")
+Result = TypeVar("Result")
+
+
+class UnknownJobKindError(SpinewatchError):
+    """No handler is registered for the kind of a job."""
+
+    code = "unknown-job-kind"
+
+
+class Handler(ABC, Generic[Work, Result]):
+    """What is done for the jobs of one ``kind``: load the input, run the work, store the result."""
+
+    kind: ClassVar[str]
+
+    @abstractmethod
+    def load(self, session: Session, lease: Lease) -> Work:
+        """Return the input of the work.
+
+        Parameters
+        ----------
+        session
+            Session that reads.
+        lease
+            The lease, with the subject and the payload.
+
+        Returns
+        -------
+        Work
+            The input.
+        """
+
+    @abstractmethod
+    def run(self, work: Work, progress: Progress) -> Result:
+        """Return the result of the work; no session is open meanwhile.
+
+        Parameters
+        ----------
+        work
+            The input.
+        progress
+            Called at the start of each step; it raises when the lease is lost.
+
+        Returns
+        -------
+        Result
+            The result.
+
+        Raises
+        ------
+        SpinewatchError
+            The input cannot be used: the job fails by the error's name. After any other error it is tried again.
+        """
+
+    @abstractmethod
+    def store(self, session: Session, lease: Lease, result: Result, now: datetime, actor: Actor) -> None:
+        """Store the result, in the transaction that ends the job and only while its lease is held.
+
+        Parameters
+        ----------
+        session
+            Session that writes.
+        lease
+            The lease, with the subject and the payload.
+        result
+            The result.
+        now
+            Time of the result.
+        actor
+            The worker.
+        """
+
+
+class Registry:
+    """Handlers by kind.
+
+    Parameters
+    ----------
+    items
+        The handlers.
+    """
+
+    def __init__(self, items: Iterable[Handler[Any, Any]] = ()) -> None:
+        self._handlers: dict[str, Handler[Any, Any]] = {}
+        for handler in items:
+            self.register(handler)
+
+    def register(self, handler: Handler[Any, Any]) -> None:
+        """Add a handler.
+
+        Parameters
+        ----------
+        handler
+            The handler.
+
+        Raises
+        ------
+        ValueError
+            Its kind has a handler already.
+        """
+        if handler.kind in self._handlers:
+            raise ValueError(f"two handlers of jobs of kind {handler.kind!r}; give each its own kind")
+        self._handlers[handler.kind] = handler
+
+    def handler(self, kind: str) -> Handler[Any, Any]:
+        """Return the handler of a kind of job.
+
+        Parameters
+        ----------
+        kind
+            Kind of the job.
+
+        Returns
+        -------
+        Handler
+            Its handler.
+
+        Raises
+        ------
+        UnknownJobKindError
+            There is none.
+        """
+        try:
+            return self._handlers[kind]
+        except KeyError:
+            raise UnknownJobKindError(
+                f"this worker has no handler for jobs of kind {kind!r}; run workers of the service's own version"
+            ) from None
+
+
+def discover(settings: Settings) -> Registry:
+    """Return a registry of the handlers in workers/handlers/.
+
+    Parameters
+    ----------
+    settings
+        Passed to the function ``handler`` of each module.
+
+    Returns
+    -------
+    Registry
+        One handler per module.
+    """
+    names = [module.name for module in pkgutil.iter_modules(handlers.__path__)]
+    return Registry(import_module(f"{handlers.__name__}.{name}").handler(settings) for name in names)
