@@ -31,7 +31,9 @@ def page() -> str:
             if kind.subject == subject
         ]
         head = f"## Flags of {'an image' if subject == 'image' else f'a {subject}'}\n"
-        parts.append("\n".join([head, "| code | meaning | action |", "|---|---|---|", *rows]) + "\n")
+        parts.append(
+            "\n".join([head, "| code | meaning | action | false alarms |", "|---|---|---|---|", *rows]) + "\n"
+        )
     return "\n".join(parts)
 
 

@@ -23,12 +23,16 @@ class FlagKind:
         What was found.
     action
         What to do about it.
+    false_alarms
+        How often sound input raises the flag where it has a threshold: measured rate, on what, and the command that
+        prints it. Empty for a flag without a threshold.
     """
 
     code: str
     subject: str
     meaning: str
     action: str
+    false_alarms: str = ""
 
 
 @dataclass(frozen=True)
