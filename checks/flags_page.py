@@ -26,7 +26,7 @@ def page() -> str:
     parts = [_HEAD]
     for subject in dict.fromkeys(kind.subject for kind in FLAGS.values()):
         rows = [
-            f"| `{kind.code}` | {kind.meaning} | {kind.action} |"
+            f"| `{kind.code}` | {kind.meaning} | {kind.action} | {kind.false_alarms or '-'} |"
             for kind in FLAGS.values()
             if kind.subject == subject
         ]
