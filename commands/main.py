@@ -6,7 +6,21 @@ import sys
 
 import typer
 
-from commands import calibrate, convert, db, plan, process, run, sample, serve, simulate, templates, worker
+from commands import (
+    calibrate,
+    convert,
+    db,
+    disparity,
+    field,
+    plan,
+    process,
+    run,
+    sample,
+    serve,
+    simulate,
+    templates,
+    worker,
+)
 from spinewatch.errors import SpinewatchError
 
 cli = typer.Typer(
@@ -23,7 +37,9 @@ cli.command("worker")(worker.worker)
 cli.command("run")(run.run)
 cli.command("sample")(sample.sample)
 cli.command("simulate")(simulate.simulate)
-cli.add_typer(plan.cli, name="plan")
+cli.command("plan")(plan.plan)
+cli.command("disparity")(disparity.disparity)
+cli.add_typer(field.cli, name="field")
 cli.add_typer(db.cli, name="db")
 cli.add_typer(templates.cli, name="templates")
 

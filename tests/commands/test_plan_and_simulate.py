@@ -40,7 +40,7 @@ def test_simulate_repeats_the_scenes_of_a_seed(tmp_path: Path) -> None:
 
 
 def test_plan_accuracy_predicts_each_vertebra_and_the_cobb_angle() -> None:
-    output = run("plan", "accuracy", "--rig", RIG, "--levels", "L1,T10,T8", "--triad-size", 1.5)
+    output = run("plan", "--rig", RIG, "--levels", "L1,T10,T8", "--triad-size", 1.5)
     assert all(level in output for level in ("L1", "T10", "T8"))
     assert "Cobb angle L1 to T8:" in output
     assert "distances 34.2, 42.0, 25.8 mm" in output
@@ -48,16 +48,16 @@ def test_plan_accuracy_predicts_each_vertebra_and_the_cobb_angle() -> None:
 
 @pytest.mark.parametrize("radius", [18])
 def test_plan_accuracy_designs_a_marker(radius: int) -> None:
-    output = run("plan", "accuracy", "--rig", RIG, "--levels", "L1,T9", "--disc", radius)
+    output = run("plan", "--rig", RIG, "--levels", "L1,T9", "--disc", radius)
     assert f"Marker disc-{radius}" in output
 
 
 def test_a_control_field_is_designed_written_and_tried(tmp_path: Path) -> None:
     file = tmp_path / "field.csv"
-    assert "20 points" in run("plan", "low-high-field", file, "--rows", 4, "--columns", 5, "--spacing", 60)
+    assert "20 points" in run("field", "design", file, "--rows", 4, "--columns", 5, "--spacing", 60)
     field = parse_control_field(file.read_text(), "field")
     assert {15 * round(z / 15) for z in field.points_mm[:, 2]} == set(field.points_mm[:, 2])
-    output = run("plan", "control-field", file, "--rig", RIG, "--centre", "--trials", 1)
+    output = run("field", "try", file, "--rig", RIG, "--centre", "--trials", 1)
     assert "1 of 1 calibrations converged" in output
     assert "shot used for verification" in output
 
@@ -65,12 +65,12 @@ def test_a_control_field_is_designed_written_and_tried(tmp_path: Path) -> None:
 def test_failed_calibrations_of_a_control_field_are_reported(tmp_path: Path) -> None:
     file = tmp_path / "field.csv"
     file.write_text("id,x_mm,y_mm,z_mm\n1,434,390,0\n2,450,390,0\n3,434,400,0\n")
-    output = run("plan", "control-field", file, "--rig", RIG, "--trials", 2)
+    output = run("field", "try", file, "--rig", RIG, "--trials", 2)
     assert "0 of 2 calibrations converged" in output
     assert "2 failed: " in output
 
 
 def test_plan_disparity_prints_each_plane_and_the_bounds() -> None:
-    output = run("plan", "disparity", "--rig", RIG, "--heights", 60, 120, "--planes", 3)
+    output = run("disparity", "--rig", RIG, "--heights", 60, 120, "--planes", 3)
     assert all(f"{z}.0" in output for z in (60, 90, 120))
     assert "Disparity u " in output
