@@ -10,7 +10,7 @@ import typer
 from commands.shared.labels import parse_labels
 
 
-def plan(
+def plan(  # noqa: PLR0913, PLR0917 - one parameter per option
     rig: Annotated[Path, typer.Option(help="Rig JSON: calibration of both cameras.")],
     levels: Annotated[
         str, typer.Option(help="Vertebrae with a triad, the reference first.")
