@@ -106,7 +106,9 @@ def _sqlite(file: Path, options: dict[str, Any]) -> Huey:
 
 def _postgresql(url: URL, options: dict[str, Any]) -> Huey:
     dsn = url.set(drivername="postgresql").render_as_string(hide_password=False)
-    huey = PostgresHuey(_NAME, dsn=dsn, table_prefix=f"{_NAME}_queue", create_tables=False, **options)
+    # not blocking: Huey leaves the connection on which a thread listens open, and the consumer polls anyway
+    options |= {"table_prefix": f"{_NAME}_queue", "create_tables": False, "blocking": False}
+    huey = PostgresHuey(_NAME, dsn=dsn, **options)
     # CREATE TABLE IF NOT EXISTS fails when processes start together, so they take turns
     huey.storage.conn.execute("SELECT pg_advisory_lock(%s)", (_TABLES_LOCK,))
     huey.storage.initialize_schema()  # closes the connection, which releases the lock
