@@ -2,7 +2,7 @@
 # make test   set up and run the tests
 # make check  lint, format, types, import contracts, OpenAPI contract, docstrings, tests that mirror modules, generated pages
 # make bench  accuracy on the sample scenes and speed                    (SCENES=dir for other scenes)
-# make clean  remove the environment and caches; the record in var/ stays
+# make clean  remove the environment and caches; the database in var/ stays
 
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)

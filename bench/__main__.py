@@ -10,6 +10,7 @@ AREAS = {
     "bench.selectivity [DIR]": "Tables 4.1 to 4.3 of the thesis on rendered scenes",
     "bench.matching [DIR] [--check] [--json FILE]": "from features to poses: recall, coverage, drift, speed, limits",
     "bench.speed [--check] [--json FILE]": "time of one stereo pair beside OpenCV's masked template matching",
+    "bench.mistakes [--check] [--kind KIND] [--only TEXT] [--json FILE]": "mistakes of users and the answer to each",
     "bench.accuracy DIR [--out FILE]": "both, written to docs/accuracy.md",
     "bench.calibration [--boards DIR] [--scenes DIR] [--check]": "calibration on boards and real data, beside peers",
     "bench.figure [FILE]": "draws docs/img/result.png, the measured triads of the sample",

@@ -15,7 +15,8 @@ _HEAD = """\
 
 A flag is a named doubt about a result: a stable `code` for machines and a `detail` for people, a sentence with the
 numbers that raised it. A flagged result is still given. The detail of a flag about one image begins with `left:` or
-`right:`.
+`right:`. [mistakes.md](mistakes.md) lists what can go wrong between the cart and the database, the answer to each, and
+what nothing in the input reveals.
 
 This page is generated from `spinewatch/flags.py` by `python -m checks.flags_page --write`.
 """

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from commands.shared.files import write_text
+from commands.shared.files import printable_name, write_text
 from spinewatch.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -26,7 +26,12 @@ def calibrate(  # noqa: PLR0913, PLR0917 - one argument per option
         ),
     ],
     control_field: Annotated[
-        str | None, typer.Option(help="CSV file id,x_mm,y_mm,z_mm, or the built-in pegboard-1995.")
+        str | None,
+        typer.Option(
+            help="CSV file id,x_mm,y_mm,z_mm, or the built-in pegboard-1995, or a flat board in several tilted shots:"
+            " chessboard:9x6:25 (inner corners, mm) or charuco:7x5:40:30:DICT_5X5_100 (squares, mm of a square and"
+            " of a marker, dictionary)."
+        ),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="File to write the rig or cameras JSON to.")] = None,
     report: Annotated[Path | None, typer.Option(help="File to write the HTML report to.")] = None,
@@ -54,19 +59,25 @@ def calibrate(  # noqa: PLR0913, PLR0917 - one argument per option
     from commands.shared.calibration_options import parse_solve_options  # noqa: PLC0415 - loads SciPy
 
     solve = parse_solve_options(free, fix, estimate_aspect)
+    name = printable_name(name)
     if not all(path.suffix.lower() == ".csv" for path in files):
         document = _from_images(files, control_field, solve, pixel_size, verify, name)
     elif len(files) == 2:
         from commands.shared.calibration import calibrate_points  # noqa: PLC0415 - loads OpenCV and SciPy
+        from commands.shared.terminal_progress import terminal_progress  # noqa: PLC0415
 
         pair = (files[0], files[1])
-        document = calibrate_points(pair, solve, image_size, pixel_size, verify, name)
+        with terminal_progress() as progress:
+            document = calibrate_points(pair, solve, image_size, pixel_size, verify, name, progress)
     else:
         from commands.shared.cameras import calibrate_camera_points  # noqa: PLC0415 - loads SciPy
 
         if verify:
             raise ParameterError("--verify needs a stereo pair; give two CSV files, or omit the option")
         document = calibrate_camera_points(files, solve, image_size, pixel_size)
+    # Printed first: a file that cannot be written does not lose the calibration.
+    sys.stdout.write(json.dumps(document, indent=2) + "\n")
+    sys.stdout.flush()
     if out is not None:
         cameras = document["rig"] if "rig" in document else {"cameras": document["cameras"]}
         write_text(out, json.dumps(cameras, indent=2) + "\n")
@@ -76,7 +87,6 @@ def calibrate(  # noqa: PLR0913, PLR0917 - one argument per option
 
         page = calibration_report if "rig" in document else cameras_report
         write_text(report, page(document))
-    sys.stdout.write(json.dumps(document, indent=2) + "\n")
 
 
 def _from_images(

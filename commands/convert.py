@@ -9,20 +9,27 @@ import typer
 
 from spinewatch.rig_files import RigFormat
 
+_CART_IMAGE_SIZE = "568x416"
+
 
 def convert(
     source: Annotated[
         Path,
         typer.Argument(
-            help="Rig file; for openptv the folder with left.ori, left.addpar, right.ori, right.addpar."
+            help="Rig file; for openptv the folder with left.ori, left.addpar, right.ori, right.addpar; for OpenCV also"
+            " intrinsics.yml with extrinsics.yml beside it."
         ),
     ],
     out: Annotated[Path, typer.Option(help="File to write the rig to; for openptv an existing folder.")],
     source_format: Annotated[RigFormat, typer.Option("--from", help="Format of the source.")] = "json",
     target_format: Annotated[RigFormat, typer.Option("--to", help="Format to write.")] = "json",
     image_size: Annotated[
-        str, typer.Option(help="Image size, px; the formats 1995 and openptv do not contain it.")
-    ] = "568x416",
+        str | None,
+        typer.Option(
+            help="Image size, px: 640x480; 1995, openptv and OpenCV's intrinsics.yml do not contain it.",
+            show_default="568x416, except for intrinsics.yml",
+        ),
+    ] = None,
     pixel_size: Annotated[
         str | None,
         typer.Option(help="Pixel width and height, mm: 0.01,0.00845.", show_default="the cart's pixels"),
@@ -33,9 +40,14 @@ def convert(
     from commands.shared.calibration_options import parse_sensor  # noqa: PLC0415 - loads SciPy, which --help does not need
     from commands.shared.rig_files import read_rig_file, write_rig_file  # noqa: PLC0415
 
-    rig, read_error = read_rig_file(source, source_format, parse_sensor(image_size, pixel_size), name)
-    write_error = write_rig_file(rig, out, target_format)
+    sensor = parse_sensor(_CART_IMAGE_SIZE if image_size is None else image_size, pixel_size)
+    size = None if image_size is None else sensor.image_size_px
+    content = read_rig_file(source, source_format, name, size, sensor.pixel_size_mm)
+    write_error = write_rig_file(content.rig, out, target_format)
+    for warning in content.warnings:
+        typer.echo(f"warning: {warning}", err=True)
+    rig = content.rig
     typer.echo(
         f"{out}: {rig.name}, baseline {rig.baseline_mm:.1f} mm, vergence {rig.vergence_deg:.2f} degrees;"
-        f" maximum error of a fitted distortion model {max(read_error, write_error):.4f} px"
+        f" maximum error of a fitted distortion model {max(content.fit_error_px, write_error):.4f} px"
     )

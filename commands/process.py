@@ -11,12 +11,12 @@ from typing import Annotated, Literal
 import typer
 
 from commands.shared.files import write_text
-from commands.shared.labels import parse_labels
+from commands.shared.labels import parse_extra_levels, parse_labels
 
 SpineAxis = Literal["x", "y", "auto"]
 
 
-def process(
+def process(  # noqa: PLR0913, PLR0917 - one argument per option
     left: Annotated[Path, typer.Argument(help="Left image: PNG, TIFF, JPEG or Sun raster.")],
     right: Annotated[Path, typer.Argument(help="Right image, taken at the same time.")],
     rig: Annotated[Path, typer.Option(help="Rig JSON: calibration of both cameras.")],
@@ -25,6 +25,12 @@ def process(
         str | None,
         typer.Option(
             help="Marked vertebrae in order of increasing coordinate along the spine: L1,T11,T9,T7."
+        ),
+    ] = None,
+    extra_levels: Annotated[
+        str | None,
+        typer.Option(
+            help="Vertebrae that this spine has in addition to C1-C7, T1-T12, L1-L5 and S1: T13,L6."
         ),
     ] = None,
     spine_axis: Annotated[SpineAxis, typer.Option(help="Object-space axis along the spine.")] = "auto",
@@ -39,14 +45,15 @@ def process(
     ] = None,
 ) -> None:
     """Measure one stereo pair: features, labelled triads, flags and timings as JSON."""
-    names = parse_labels(labels, triads)
+    extra = parse_extra_levels(extra_levels)
+    names = parse_labels(labels, triads, extra)
     from commands.shared.pair import measure_pair  # noqa: PLC0415 - loads OpenCV and SciPy, which --help does not need
 
     with warnings.catch_warnings():
         warnings.simplefilter(
             "ignore"
         )  # decoders warn on stderr, which is reserved for the one line of an error
-        document = measure_pair(left, right, rig, names, spine_axis, len(names) or triads, templates)
+        document = measure_pair(left, right, rig, names, spine_axis, len(names) or triads, templates, extra)
     text = json.dumps(document, indent=2) + "\n"
     if out is None:
         sys.stdout.write(text)

@@ -26,9 +26,15 @@ class PortTakenError(SpinewatchError):
 
 
 def run(
-    host: Annotated[str | None, typer.Option(help="Address to listen on.")] = None,
-    port: Annotated[int | None, typer.Option(help="Port to listen on.")] = None,
-    workers: Annotated[int | None, typer.Option(help="Number of worker processes.")] = None,
+    host: Annotated[
+        str | None, typer.Option(help="Address to listen on.", show_default="SPINEWATCH_HOST or 127.0.0.1")
+    ] = None,
+    port: Annotated[
+        int | None, typer.Option(help="Port to listen on.", show_default="SPINEWATCH_PORT or 8000")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(help="Number of worker processes.", show_default="SPINEWATCH_WORKERS or 2")
+    ] = None,
 ) -> None:
     """Migrate the database, start the server and the workers, and restart any that end."""
     from commands.shared.supervisor import Child, Supervisor  # noqa: PLC0415 - --help does not need it

@@ -11,8 +11,12 @@ from commands.shared.configuration import load_settings, require_database, requi
 
 
 def serve(
-    host: Annotated[str | None, typer.Option(help="Address to listen on.")] = None,
-    port: Annotated[int | None, typer.Option(help="Port to listen on.")] = None,
+    host: Annotated[
+        str | None, typer.Option(help="Address to listen on.", show_default="SPINEWATCH_HOST or 127.0.0.1")
+    ] = None,
+    port: Annotated[
+        int | None, typer.Option(help="Port to listen on.", show_default="SPINEWATCH_PORT or 8000")
+    ] = None,
 ) -> None:
     """Serve the HTTP API; jobs run only while a `spinewatch worker` runs too."""
     settings = load_settings(host=host, port=port)

@@ -16,10 +16,6 @@ if TYPE_CHECKING:
 
 cli = typer.Typer(help="Template sets of the detector.", no_args_is_help=True)
 
-Classes = Annotated[
-    int | None, typer.Option(min=1, help="Fix the number of classes.", show_default="by silhouette")
-]
-
 _MIN_VISIBLE = 0.9
 """Balls of a lower visible fraction are no samples."""
 
@@ -35,9 +31,18 @@ def build(
     rig: Annotated[Path, typer.Option(help="Rig JSON of the cameras that took the images.")],
     out: Annotated[Path, typer.Option(help="File to write.")],
     version: Annotated[str, typer.Option(help="Name of the set, stored with every result.")],
-    gray_classes: Classes = None,
-    edge_classes: Classes = None,
-    directivity_classes: Classes = None,
+    gray_classes: Annotated[
+        int | None,
+        typer.Option(min=1, help="Number of classes of gray templates.", show_default="by silhouette"),
+    ] = None,
+    edge_classes: Annotated[
+        int | None,
+        typer.Option(min=1, help="Number of classes of edge templates.", show_default="by silhouette"),
+    ] = None,
+    directivity_classes: Annotated[
+        int | None,
+        typer.Option(min=1, help="Number of classes of directivity templates.", show_default="by silhouette"),
+    ] = None,
 ) -> None:
     """Build a template set from images whose ball centres are annotated (thesis section 4.3.2)."""
     # Imported here, so that the command line starts without libraries that it does not need.

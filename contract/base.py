@@ -55,3 +55,4 @@ StageName = Annotated[
     ),
 ]
 Vertebra = Annotated[str, Field(pattern=r"^[CTLS][1-9][0-9]?$", examples=["T11"])]
+"""A vertebra in canonical spelling; records of earlier versions may hold one that no spine has, such as L9."""

@@ -43,7 +43,7 @@ class Part(Schema):
 class ControlField(Part):
     """The control field that the images show."""
 
-    name: str
+    name: Annotated[str, Field(description="Name of the control field or of its file.")]
     points: Annotated[int, Field(description="Number of points.")]
 
 
@@ -59,39 +59,43 @@ class CameraQuality(Part):
 class CameraQualityPair(Part):
     """Both cameras."""
 
-    left: CameraQuality
-    right: CameraQuality
+    left: Annotated[CameraQuality, Field(description="The left camera.")]
+    right: Annotated[CameraQuality, Field(description="The right camera.")]
 
 
 class Correlation(Part):
     """Two strongly correlated unknowns."""
 
-    between: Annotated[list[str], Len(2, 2)]
-    correlation: float
+    between: Annotated[list[str], Len(2, 2), Field(description="Names of the two unknowns.")]
+    correlation: Annotated[float, Field(description="Coefficient of correlation, -1 to 1.")]
 
 
 class StereoGeometry(Part):
     """Relative orientation of the cameras and what they cover; independent of the choice of object space."""
 
-    baseline_mm: float
-    baseline_sd_mm: Known
-    vergence_deg: float
-    vergence_sd_deg: Known
+    baseline_mm: Annotated[float, Field(description="Distance between the perspective centres, mm.")]
+    baseline_sd_mm: Annotated[
+        Known, Field(description="Its standard deviation, mm; null without redundancy.")
+    ]
+    vergence_deg: Annotated[float, Field(description="Angle between the optical axes, degrees.")]
+    vergence_sd_deg: Annotated[
+        Known, Field(description="Its standard deviation, degrees; null without redundancy.")
+    ]
     range_mm: Annotated[Vector2, Field(description="Left and right, to the centre of the control field.")]
     field_of_view_mm: Annotated[
         Vector2, Field(description="Width and height visible to both cameras at that range.")
     ]
     depth_of_field_mm: Annotated[Known2, Field(description="Nearest and farthest range; null is infinite.")]
-    f_number: float
+    f_number: Annotated[float, Field(description="f-number assumed for the depth of field.")]
     control_depth_mm: Annotated[float, Field(description="Depth that the control points span.")]
 
 
 class ImagePoint(Part):
     """An image point of the control field."""
 
-    id: str
-    u_px: float
-    v_px: float
+    id: Annotated[str, Field(description="Identifier of the control point.")]
+    u_px: Annotated[float, Field(description="u to the right, px.")]
+    v_px: Annotated[float, Field(description="v downwards, px.")]
     residual_px: Annotated[
         Vector2 | None, Field(description="Null where the point was not adjusted: in a shot held out.")
     ] = None
@@ -100,14 +104,14 @@ class ImagePoint(Part):
 class ImagePointPair(Part):
     """The points found in both images."""
 
-    left: list[ImagePoint]
-    right: list[ImagePoint]
+    left: Annotated[list[ImagePoint], Field(description="Points of the left image.")]
+    right: Annotated[list[ImagePoint], Field(description="Points of the right image.")]
 
 
 class ControlAccuracy(Part):
     """Reconstructed control points minus the control points."""
 
-    name: str
+    name: Annotated[str, Field(description="Name of the shot.")]
     used: Annotated[
         bool, Field(description="Whether the shot was adjusted; its residuals are then too small.")
     ]
@@ -133,32 +137,34 @@ class ControlAccuracy(Part):
 class ShotQuality(ControlAccuracy):
     """The points found in one shot, and how accurately they are reconstructed."""
 
-    points: ImagePointPair
-    image_rms_left_px: Known
-    image_rms_right_px: Known
+    points: Annotated[ImagePointPair, Field(description="Image points of both sides.")]
+    image_rms_left_px: Annotated[Known, Field(description="RMS of residuals per coordinate, left image, px.")]
+    image_rms_right_px: Annotated[
+        Known, Field(description="RMS of residuals per coordinate, right image, px.")
+    ]
 
 
 class CalibrationShot(ShotQuality):
     """One shot: its images, the points found, and how accurately they are reconstructed."""
 
-    images: ImagePair
+    images: Annotated[ImagePair, Field(description="The two images.")]
 
 
 class SizeAccuracy(Part):
     """RMS errors of distances of about one size, and of angles between legs of that length, on the board."""
 
-    size_mm: float
-    distance_rms_mm: float
-    angle_rms_deg: float
-    measurements: int
+    size_mm: Annotated[float, Field(description="Length of the distances and of the legs, mm.")]
+    distance_rms_mm: Annotated[float, Field(description="RMS error of the distances, mm.")]
+    angle_rms_deg: Annotated[float, Field(description="RMS error of the angles, degrees.")]
+    measurements: Annotated[int, Field(description="Number of angles.")]
 
 
 class Disparity(Part):
     """Offset of a point of the left image in the right one, over the field, by height."""
 
     z_mm: Annotated[list[float], Plain, Field(description="Heights.")]
-    u_bounds_px: Vector2
-    v_bounds_px: Vector2
+    u_bounds_px: Annotated[Vector2, Field(description="Smallest and largest offset in u, px.")]
+    v_bounds_px: Annotated[Vector2, Field(description="Smallest and largest offset in v, px.")]
     mean_px: Annotated[list[Vector2], Plain, Field(description="Mean offset by height.")]
     sd_px: Annotated[list[Vector2], Plain, Field(description="Its standard deviation over the field.")]
 
@@ -166,9 +172,9 @@ class Disparity(Part):
 class RemovedPoint(Part):
     """An image point that contradicts the others."""
 
-    side: str
-    shot: str
-    id: str
+    side: Annotated[str, Field(description="left or right.")]
+    shot: Annotated[str, Field(description="Name of the shot.")]
+    id: Annotated[str, Field(description="Identifier of the control point.")]
     residual_px: Annotated[
         Number,
         Field(
@@ -183,25 +189,32 @@ class CalibrationQuality(Part, Generic[Shot]):
 
     model_config = ConfigDict(serialize_by_alias=True)
 
-    control_field: ControlField
-    cameras: CameraQualityPair
-    strong_correlations: Annotated[list[Correlation], Field(alias="correlations_above_0.9")]
-    geometry: StereoGeometry
-    shots: list[Shot]
+    control_field: Annotated[ControlField, Field(description="The control field.")]
+    cameras: Annotated[CameraQualityPair, Field(description="Accuracy of the cameras' parameters.")]
+    strong_correlations: Annotated[
+        list[Correlation],
+        Field(alias="correlations_above_0.9", description="Unknowns with a correlation above 0.9."),
+    ]
+    geometry: Annotated[StereoGeometry, Field(description="Relative orientation of the cameras.")]
+    shots: Annotated[list[Shot], Field(description="Every shot, in the order in which they were sent.")]
     leave_one_out: Annotated[
         ControlAccuracy | None,
         Field(description="Each point reconstructed by the rig without it; null when undetermined."),
     ]
-    angles_on_board: list[SizeAccuracy]
-    disparity: Disparity | None
-    removed: list[RemovedPoint]
-    flags: list[Flag]
+    angles_on_board: Annotated[
+        list[SizeAccuracy], Field(description="RMS errors of distances and angles, by size.")
+    ]
+    disparity: Annotated[
+        Disparity | None, Field(description="Disparities over the field; null when undetermined.")
+    ]
+    removed: Annotated[list[RemovedPoint], Field(description="Image points removed as blunders.")]
+    flags: Annotated[list[Flag], Field(description="Doubts about the calibration.")]
 
 
 class CalibrationResult(CalibrationQuality[ShotQuality]):
     """A calibration from images or coordinates: the rig and its quality, as computed."""
 
-    rig: Rig
+    rig: Annotated[Rig, Field(description="The calibrated cameras.")]
     version: Annotated[str, Field(description="Version of Spinewatch.")]
 
 
@@ -214,9 +227,9 @@ class CalibrationReport(CalibrationQuality[CalibrationShot]):
 class Calibration(Schema):
     """A stored calibration."""
 
-    id: Identifier
-    name: str
-    rig: Rig
+    id: Annotated[Identifier, Field(description="Identifier of the calibration.")]
+    name: Annotated[str, Field(description="Name of the rig.")]
+    rig: Annotated[Rig, Field(description="The calibrated cameras.")]
     calibrated_at: Annotated[
         Timestamp | None, Field(description="When the images were taken; null when unknown.")
     ]
@@ -230,4 +243,4 @@ class CalibrationDetail(Calibration):
     report: Annotated[
         CalibrationReport | None, Field(description="Null unless it was made from images here.")
     ]
-    checks: ChecksSummary
+    checks: Annotated[ChecksSummary, Field(description="Summary of the checks by stages measured with it.")]

@@ -8,21 +8,33 @@ from pydantic import Field
 
 from contract.base import Identifier, Schema, StageName, Timestamp
 from contract.flag import Flag
-from contract.stage import RigCheck
+from contract.page import Listing
+from contract.stage import MarkerScale, RigCheck
 
 
 class CalibrationCheck(Schema):
     """The check by one measured stage."""
 
-    surgery_id: Identifier
+    surgery_id: Annotated[Identifier, Field(description="Identifier of the surgery.")]
     stage: StageName
-    take: int
+    take: Annotated[int, Field(description="Number of the take.")]
     taken_at: Annotated[Timestamp, Field(description="When it was captured, or else received.")]
     age_days: Annotated[
         float, Field(description="Age of the calibration then; negative when it was made afterwards.")
     ]
     drift: Annotated[RigCheck | None, Field(description="Null when there were too few balls.")]
     flags: Annotated[list[Flag], Field(description="The flags about the calibration.")]
+
+
+class CalibrationChecks(Listing[CalibrationCheck]):
+    """A page of the checks, and what all stages show together."""
+
+    pooled_scale: Annotated[
+        MarkerScale | None,
+        Field(
+            description="Scale of the markers over all stages of the calibration, whatever the page; null without any."
+        ),
+    ]
 
 
 class ChecksSummary(Schema):

@@ -16,7 +16,7 @@ from spinewatch.calibration.quality.accuracy import ShotAccuracy
 
 
 class _Named(Schema):
-    name: str
+    name: Annotated[str, Field(description="Name of the camera.")]
 
 
 class NamedCamera(Camera, _Named):
@@ -26,7 +26,7 @@ class NamedCamera(Camera, _Named):
 class PairShot(Schema):
     """The control points of one shot, reconstructed by two cameras."""
 
-    name: str
+    name: Annotated[str, Field(description="Name of the shot.")]
     reconstructed: Annotated[int, Field(description="Number of points.")]
     sd_mm: Annotated[Known3, Field(description="Standard deviation of residuals in X, Y, Z.")]
 
@@ -39,28 +39,28 @@ class PairShot(Schema):
 class CameraPair(Schema):
     """The control points reconstructed by two cameras."""
 
-    cameras: Annotated[list[str], Len(2, 2)]
-    shots: list[PairShot]
+    cameras: Annotated[list[str], Len(2, 2), Field(description="Names of the two cameras.")]
+    shots: Annotated[list[PairShot], Field(description="Every shot that both cameras show.")]
 
 
 class RemovedCameraPoint(Schema):
     """An image point of one camera that contradicts the others."""
 
-    camera: str
-    shot: str
-    id: str
+    camera: Annotated[str, Field(description="Name of the camera.")]
+    shot: Annotated[str, Field(description="Name of the shot.")]
+    id: Annotated[str, Field(description="Identifier of the control point.")]
     residual_px: Annotated[Number, Field(description="Distance from where the others expect it, px.")]
 
 
 class CamerasResult(Schema):
     """Calibrated cameras and how well they are determined."""
 
-    cameras: list[NamedCamera]
-    shots: list[str]
-    quality: dict[str, CameraQuality]
-    pairs: list[CameraPair]
-    removed: list[RemovedCameraPoint]
-    flags: list[Flag]
+    cameras: Annotated[list[NamedCamera], Field(description="The calibrated cameras.")]
+    shots: Annotated[list[str], Field(description="Names of the shots.")]
+    quality: Annotated[dict[str, CameraQuality], Field(description="Accuracy of each camera's parameters.")]
+    pairs: Annotated[list[CameraPair], Field(description="Every pair of cameras that shows the same points.")]
+    removed: Annotated[list[RemovedCameraPoint], Field(description="Image points removed as blunders.")]
+    flags: Annotated[list[Flag], Field(description="Doubts about the calibration.")]
     version: Annotated[str, Field(description="Version of Spinewatch.")]
 
     @classmethod

@@ -13,14 +13,14 @@ class Image(Schema):
     """An image file as it was sent."""
 
     sha256: Annotated[str, Field(description="SHA-256 of the file, hexadecimal.")]
-    media_type: Annotated[str, Field(examples=["image/png"])]
-    width_px: int
-    height_px: int
-    size_bytes: int
+    media_type: Annotated[str, Field(description="Media type of the file.", examples=["image/png"])]
+    width_px: Annotated[int, Field(description="Width, px.")]
+    height_px: Annotated[int, Field(description="Height, px.")]
+    size_bytes: Annotated[int, Field(description="Size of the file, bytes.")]
 
 
 class ImagePair(Schema):
     """Both images of a stereo pair."""
 
-    left: Image
-    right: Image
+    left: Annotated[Image, Field(description="The left image.")]
+    right: Annotated[Image, Field(description="The right image.")]

@@ -27,7 +27,7 @@ FINAL_STATES = frozenset({JobState.SUCCEEDED, JobState.FAILED, JobState.CANCELLE
 class Job(Schema):
     """Work that a worker does: a measurement of one take of a stage, a calibration from images, and so on."""
 
-    id: Identifier
+    id: Annotated[Identifier, Field(description="Identifier of the job.")]
     kind: Annotated[str, Field(description="Kind of work.", examples=["stage", "calibration"])]
     surgery_id: Annotated[Identifier | None, Field(description="Null for work outside a surgery.")]
     stage: Annotated[StageName | None, Field(description="The stage that is measured, null for other kinds.")]
@@ -35,11 +35,11 @@ class Job(Schema):
     calibration_id: Annotated[
         Identifier | None, Field(description="The calibration that was made, once the job has succeeded.")
     ]
-    state: JobState
+    state: Annotated[JobState, Field(description="State of the job.")]
     progress: Annotated[float, Field(ge=0, le=1, description="Fraction of the work that is done.")]
     step: Annotated[str | None, Field(description="The current step.", examples=["detect"])]
     attempts: Annotated[int, Field(description="Number of times that a worker has started it.")]
     error: Annotated[Problem | None, Field(description="Why it failed.")]
     created_at: Timestamp
-    started_at: Timestamp | None
-    finished_at: Timestamp | None
+    started_at: Annotated[Timestamp | None, Field(description="Start of the first attempt; null before.")]
+    finished_at: Annotated[Timestamp | None, Field(description="End of the job; null before.")]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import ConfigDict, Field
 
 from contract.base import Identifier, Matrix3, Number, Schema, StageName, Vector3, Vertebra
+from contract.flag import Flag
 
 if TYPE_CHECKING:
     import spinewatch.spine.motion
@@ -16,14 +17,14 @@ class StageReference(Schema):
     """The take of a stage that a result was derived from."""
 
     name: StageName
-    take: int
-    calibration_id: Identifier
+    take: Annotated[int, Field(description="Number of the take.")]
+    calibration_id: Annotated[Identifier, Field(description="Identifier of the calibration.")]
 
 
 class VertebraMotion(Schema):
     """Motion of one vertebra, in the axes of the reference triad."""
 
-    vertebra: Vertebra
+    vertebra: Annotated[Vertebra, Field(description="Name of the vertebra.")]
     translation_mm: Annotated[Vector3, Field(description="Displacement of the triad's point P, mm.")]
     translation_sd_mm: Annotated[Vector3, Field(description="Standard deviations of the displacement, mm.")]
     rotation: Annotated[Matrix3, Field(description="Rotation matrix from the first stage to the second.")]
@@ -32,8 +33,17 @@ class VertebraMotion(Schema):
         Vector3, Field(description="Standard deviations of the rotation vector, degrees.")
     ]
     angle_deg: Annotated[Number, Field(description="Angle of the rotation, degrees.")]
-    angle_sd_deg: Annotated[Number, Field(description="Standard deviation of the angle, degrees.")]
+    angle_sd_deg: Annotated[
+        Number,
+        Field(
+            description="Standard deviation of the angle, degrees; to first order, too small for angles below it."
+        ),
+    ]
     normal_angle_deg: Annotated[Number, Field(description="Angle between the triad's normals, degrees.")]
+    normal_angle_sd_deg: Annotated[
+        Number,
+        Field(description="Standard deviation of the angle between the normals, degrees; to first order."),
+    ]
 
     @classmethod
     def of(cls, motion: spinewatch.spine.motion.VertebraMotion) -> VertebraMotion:
@@ -41,11 +51,17 @@ class VertebraMotion(Schema):
         return cls.model_validate(motion)
 
 
+class StageFlag(Flag):
+    """A flag of one of the two stages."""
+
+    stage: StageName
+
+
 class MissingMotion(Schema):
     """A vertebra without a motion."""
 
-    vertebra: Vertebra
-    reason: str
+    vertebra: Annotated[Vertebra, Field(description="Name of the vertebra.")]
+    reason: Annotated[str, Field(description="Why it has no motion.")]
 
 
 class Motion(Schema):
@@ -53,10 +69,17 @@ class Motion(Schema):
 
     model_config = ConfigDict(validate_by_name=True)
 
-    surgery_id: Identifier
-    start: Annotated[StageReference, Field(alias="from")]
-    end: Annotated[StageReference, Field(alias="to")]
-    reference_vertebra: Vertebra
-    frame: Annotated[str, Field(examples=["reference triad L1"])]
-    vertebrae: list[VertebraMotion]
+    surgery_id: Annotated[Identifier, Field(description="Identifier of the surgery.")]
+    start: Annotated[StageReference, Field(alias="from", description="The earlier stage.")]
+    end: Annotated[StageReference, Field(alias="to", description="The later stage.")]
+    reference_vertebra: Annotated[Vertebra, Field(description="The vertebra in whose frame motion is given.")]
+    frame: Annotated[
+        str, Field(description="Name of the coordinate system.", examples=["reference triad L1"])
+    ]
+    vertebrae: Annotated[
+        list[VertebraMotion], Field(description="Motion of each vertebra but the reference.")
+    ]
     missing: Annotated[list[MissingMotion], Field(description="Marked vertebrae without a motion.")]
+    flags: Annotated[
+        list[StageFlag], Field(description="Flags of both stages, those of the first stage first.")
+    ]

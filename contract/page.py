@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Generic, TypeVar
+from typing import Annotated, Any, Generic, TypeVar
 
 from pydantic import Field
 
@@ -14,7 +14,12 @@ Item = TypeVar("Item")
 class Listing(Schema, Generic[Item]):
     """A page of a list, oldest first."""
 
-    items: list[Item]
+    @classmethod
+    def model_parametrized_name(cls, params: tuple[Any, ...]) -> str:
+        """Return the name of a page of one kind of items, as the OpenAPI contract shows it."""
+        return f"{params[0].__name__}Page"
+
+    items: Annotated[list[Item], Field(description="The items, oldest first.")]
     total: Annotated[int, Field(description="Number of items in all pages.")]
     limit: Annotated[int, Field(description="Largest number of items in this page.")]
     offset: Annotated[int, Field(description="Number of items before this page.")]

@@ -42,7 +42,10 @@ class Camera(Schema):
     radial: Annotated[Vector2, Field(description="K1 per mm^2, K2 per mm^4.")]
     decentering: Annotated[Vector2, Field(description="P1, P2 per mm.")]
     image_size_px: Annotated[
-        list[Annotated[int, Field(ge=1)]], Len(2, 2), Plain, Field(description="Width and height, px.")
+        list[Annotated[int, Field(ge=1, le=100_000)]],
+        Len(2, 2),
+        Plain,
+        Field(description="Width and height, px."),
     ]
     pixel_size_mm: Annotated[Vector2, Field(description="Width and height of a pixel on the plate, mm.")]
 
@@ -52,9 +55,9 @@ class Rig(Schema):
 
     model_config = ConfigDict(json_schema_extra={"examples": [_EXAMPLE_RIG]})
 
-    name: Annotated[str, Field(min_length=1)]
-    left: Camera
-    right: Camera
+    name: Annotated[str, Field(min_length=1, max_length=200, description="Name of the rig.")]
+    left: Annotated[Camera, Field(description="The left camera.")]
+    right: Annotated[Camera, Field(description="The right camera.")]
 
     @classmethod
     def of(cls, rig: spinewatch.camera.Rig) -> Rig:

@@ -49,8 +49,8 @@ class Feature(Schema):
 class FeaturePair(Schema):
     """Features of both images, best score first."""
 
-    left: list[Feature]
-    right: list[Feature]
+    left: Annotated[list[Feature], Field(description="Features of the left image.")]
+    right: Annotated[list[Feature], Field(description="Features of the right image.")]
 
     @classmethod
     def of(
@@ -70,15 +70,41 @@ Box = Annotated[
 class FieldPair(Schema):
     """The surgical field in both images."""
 
-    left: Box
-    right: Box
+    left: Annotated[Box, Field(description="Field of the left image.")]
+    right: Annotated[Box, Field(description="Field of the right image.")]
 
 
 class ExposurePair(Schema):
     """How both images are exposed: normal, dark, very_dark, glare or blank."""
 
-    left: str
-    right: str
+    left: Annotated[str, Field(description="Exposure of the left image.")]
+    right: Annotated[str, Field(description="Exposure of the right image.")]
+
+
+class MarkerScale(Schema):
+    """Measured over known distances between the balls of the markers.
+
+    A rotation of a camera about the vertical of its image and a changed base alter it; no number of balls shows them on
+    the epipolar lines.
+    """
+
+    distances: Annotated[int, Field(description="Number of distances.")]
+    scale: Annotated[Number, Field(description="Measured over known size; 1 without a drift.")]
+    sd: Annotated[Number, Field(description="Its standard deviation from the centres of the ball images.")]
+    common_sd: Annotated[
+        Number,
+        Field(
+            description="Its standard deviation from the manufacture of the markers and from the calibration: the same"
+            " in all stages of a calibration."
+        ),
+    ]
+    p_value: Annotated[Number, Field(description="Probability of such a deviation from 1 without a drift.")]
+    drifted: Annotated[bool, Field(description="Whether the rig, or a marker, is not the configured one.")]
+    yaw_deg: Annotated[
+        Number,
+        Field(description="Rotation of the right camera about y that alone would explain it, degrees."),
+    ]
+    base_mm: Annotated[Number, Field(description="Change of the base that alone would explain it, mm.")]
 
 
 class RigCheck(Schema):
@@ -87,11 +113,20 @@ class RigCheck(Schema):
     balls: Annotated[int, Field(description="Number of balls visible in both images.")]
     rms_px: Annotated[Number, Field(description="RMS distance from epipolar lines in the right image, px.")]
     p_value: Annotated[Number, Field(description="Probability of residuals like these without a motion.")]
-    drifted: Annotated[bool, Field(description="Whether the rig has moved since its calibration.")]
+    drifted: Annotated[
+        bool,
+        Field(description="Whether the rig has moved since its calibration, by the lines or by the scale."),
+    ]
     rotation_deg: Annotated[Vector3, Field(description="Rotation about the right camera's axes, degrees.")]
     rotation_sd_deg: Annotated[Vector3, Field(description="Standard deviations of the rotation, degrees.")]
     shift_mm: Annotated[Vector3, Field(description="Translation along the right camera's axes, mm.")]
     shift_sd_mm: Annotated[Vector3, Field(description="Standard deviations of the translation, mm.")]
+    marker_scale: Annotated[
+        MarkerScale | None,
+        Field(
+            description="Null with fewer than two triads in full view, and in results of earlier versions."
+        ),
+    ] = None
 
     @classmethod
     def of(cls, check: spinewatch.matching.rig_check.RigCheck) -> RigCheck:
@@ -103,21 +138,21 @@ class RigCheck(Schema):
 class StageResult(Schema):
     """Everything that is measured in one stereo pair, at full precision, in mm, degrees and pixels."""
 
-    features: FeaturePair
-    fields: FieldPair
-    exposure: ExposurePair
     triads: Annotated[
         list[Triad], Field(description="In label order; those without a label by their coordinate, last.")
     ]
-    flags: list[Flag]
+    flags: Annotated[list[Flag], Field(description="Doubts about the result.")]
     rig_check: Annotated[
         RigCheck | None, Field(description="Null when there were too few balls to check the rig.")
     ]
-    parameters: Annotated[dict[str, Any], Field(description="All parameters of the method, as they ran.")]
+    exposure: Annotated[ExposurePair, Field(description="How the images are exposed.")]
+    fields: Annotated[FieldPair, Field(description="The surgical fields that were searched.")]
+    version: Annotated[str, Field(description="Version of Spinewatch.")]
     templates: Annotated[
         str | None, Field(description="Version of the template set; null in results of version 0.1.0.")
     ] = None
-    version: Annotated[str, Field(description="Version of Spinewatch.")]
+    parameters: Annotated[dict[str, Any], Field(description="All parameters of the method, as they ran.")]
+    features: Annotated[FeaturePair, Field(description="Possible ball centres, best score first.")]
 
     @classmethod
     def of(
@@ -145,40 +180,43 @@ class StageResult(Schema):
 class CountPair(Schema):
     """Number of features in both images."""
 
-    left: int
-    right: int
+    left: Annotated[int, Field(description="Number in the left image.")]
+    right: Annotated[int, Field(description="Number in the right image.")]
 
 
 class Stage(Schema):
     """One take of a stage; what is measured is null until the job has succeeded."""
 
-    id: Identifier
-    surgery_id: Identifier
+    id: Annotated[Identifier, Field(description="Identifier of this take.")]
+    surgery_id: Annotated[Identifier, Field(description="Identifier of the surgery.")]
     name: StageName
     take: Annotated[
         int, Field(ge=1, description="Number of the take of this name; results are of the latest.")
     ]
-    calibration_id: Identifier
-    captured_at: Timestamp | None
+    calibration_id: Annotated[Identifier, Field(description="Identifier of the calibration.")]
+    captured_at: Annotated[Timestamp | None, Field(description="Time of capture as sent; null when unknown.")]
     created_at: Timestamp
-    images: ImagePair
-    state: JobState
-    job: Job
+    images: Annotated[ImagePair, Field(description="The two images.")]
+    state: Annotated[JobState, Field(description="State of the job that measures it.")]
+    job: Annotated[Job, Field(description="The job that measures it.")]
     features: Annotated[CountPair | None, Field(description="Number of features.")]
     triads: Annotated[int | None, Field(description="Number of triads.")]
-    flags: list[Flag] | None
+    flags: Annotated[list[Flag] | None, Field(description="Doubts about the result.")]
     version: Annotated[str | None, Field(description="Version of Spinewatch that measured it.")]
 
 
 class StageTriads(Schema):
     """The triads of a measured stage."""
 
-    surgery_id: Identifier
+    surgery_id: Annotated[Identifier, Field(description="Identifier of the surgery.")]
     stage: StageName
-    take: int
-    frame: Annotated[str, Field(examples=["object space of calibration cart 1"])]
-    triads: list[Triad]
-    flags: list[Flag]
+    take: Annotated[int, Field(description="Number of the take.")]
+    frame: Annotated[
+        str,
+        Field(description="Name of the coordinate system.", examples=["object space of calibration cart 1"]),
+    ]
+    triads: Annotated[list[Triad], Field(description="In label order, unlabelled ones last.")]
+    flags: Annotated[list[Flag], Field(description="Doubts about the result.")]
     parameters: Annotated[dict[str, Any], Field(description="All parameters of the method, as they ran.")]
     templates: Annotated[
         str | None, Field(description="Version of the template set; null in results of version 0.1.0.")
@@ -189,12 +227,12 @@ class StageTriads(Schema):
 class StageFeatures(Schema):
     """The features of a measured stage, and where and how they were searched."""
 
-    surgery_id: Identifier
+    surgery_id: Annotated[Identifier, Field(description="Identifier of the surgery.")]
     stage: StageName
-    take: int
-    fields: FieldPair
-    exposure: ExposurePair
-    features: FeaturePair
+    take: Annotated[int, Field(description="Number of the take.")]
+    fields: Annotated[FieldPair, Field(description="The surgical fields that were searched.")]
+    exposure: Annotated[ExposurePair, Field(description="How the images are exposed.")]
+    features: Annotated[FeaturePair, Field(description="Possible ball centres.")]
 
 
 def _box(field: Any) -> list[int]:

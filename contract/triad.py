@@ -52,7 +52,9 @@ class _Identity(Schema):
 class Triad(PoseFields, _Identity):
     """A triad in object space."""
 
-    error_mm: Annotated[Number, Field(description="Distance-matrix error, mm; it finds gross errors only.")]
+    error_mm: Annotated[
+        Number, Field(description="Distance-matrix error, mm; a residual, which finds gross errors only.")
+    ]
     balls: Annotated[dict[str, Ball], Field(description="The balls by name: XX, YY, MX.")]
 
     @classmethod

@@ -17,7 +17,7 @@ from store.errors import DatabaseNotReadyError
 def upgrade(url: str) -> None:
     """Bring a database to the newest revision, all steps or none; an SQLite file and its folder are created.
 
-    Raises ``DatabaseNotReadyError`` when the database knows a revision that this version does not.
+    Raises ``DatabaseNotReadyError`` when the database is at a revision that this version does not have.
     """
     path = sqlite_path(url)
     if path is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import timedelta
 from typing import Annotated, Any
 
 import structlog
@@ -32,9 +33,15 @@ def _actor(request: Request) -> Actor:
     return Actor(kind=ActorKind.HTTP, name=name[:_MAX_NAME_LENGTH])
 
 
+def _clock_tolerance(request: Request) -> timedelta:
+    tolerance: timedelta = request.app.state.clock_tolerance
+    return tolerance
+
+
 DatabaseDep = Annotated[Database, Depends(_database)]
 QueueDep = Annotated[JobQueue, Depends(_queue)]
 ActorDep = Annotated[Actor, Depends(_actor)]
+ClockToleranceDep = Annotated[timedelta, Depends(_clock_tolerance)]
 
 
 def json_body(request: Request) -> None:

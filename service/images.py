@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from fastapi import Header, Response
+from fastapi import Header, Path, Response
 from sqlalchemy.orm import Session
 
 from contract.image import Image, ImagePair
 from service.dependencies import problems
 from store import images, tables
 
-Side = Literal["left", "right"]
-IfNoneMatch = Annotated[str | None, Header()]
+SidePath = Annotated[Literal["left", "right"], Path(description="The view: left or right.")]
+IfNoneMatch = Annotated[str | None, Header(description="ETags that the client has.")]
 FILE_RESPONSES: dict[int | str, dict[str, Any]] = {
     200: {"content": {"image/*": {"schema": {"type": "string", "format": "binary"}}}},
     304: {"description": "The ETag is in If-None-Match."},

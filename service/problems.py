@@ -17,6 +17,7 @@ from starlette.routing import compile_path
 
 from contract.problem import FieldError, Problem
 from spinewatch.errors import RigError, SpinewatchError
+from spinewatch.levels import ExtraLevelError, LevelError
 from store.errors import ConflictError, DatabaseNotReadyError, NotFoundError
 
 MEDIA_TYPE = "application/problem+json"
@@ -45,12 +46,14 @@ _log = structlog.get_logger("service")
 
 
 class InvalidInputError(SpinewatchError):
-    """A part of a form cannot be used: the file number ``index`` of the field, or the field itself."""
+    """A field of a form or, with ``part``, of the query cannot be used: its file number ``index``, or all of it."""
 
-    def __init__(self, field: str, error: SpinewatchError, index: int | None = None) -> None:
+    def __init__(
+        self, field: str, error: SpinewatchError, index: int | None = None, part: str = "body"
+    ) -> None:
         super().__init__(f"{field if index is None else f'{field} {index + 1}'}: {error}")
         self.code = error.code
-        self.loc: list[str | int] = ["body", field] if index is None else ["body", field, index]
+        self.loc: list[str | int] = [part, field] if index is None else [part, field, index]
 
 
 def problem(
@@ -127,6 +130,10 @@ def _named_problem(error: SpinewatchError) -> tuple[Problem, None]:
     errors = None
     if isinstance(error, RigError):
         errors = [FieldError(loc=["body", *error.field.split(".")], msg=error.problem, type=error.code)]
+    elif isinstance(error, LevelError):
+        field = "extra_levels" if isinstance(error, ExtraLevelError) else "vertebrae"
+        loc: list[str | int] = ["body", field] if error.index is None else ["body", field, error.index]
+        errors = [FieldError(loc=loc, msg=str(error), type=error.code)]
     elif isinstance(error, InvalidInputError):
         errors = [FieldError(loc=error.loc, msg=str(error), type=error.code)]
     return problem(status, str(error), error.code, errors), None

@@ -49,6 +49,14 @@ class Settings(BaseSettings):
     calibration_max_age_days: Annotated[
         float, Field(gt=0, le=3650, description="A stage measured with an older calibration is flagged.")
     ] = 1.0
+    clock_tolerance_seconds: Annotated[
+        float,
+        Field(
+            ge=0,
+            le=86400,
+            description="Largest difference between the clocks of cart and service; times beyond it are implausible.",
+        ),
+    ] = 300.0
     log_format: Annotated[Literal["text", "json"], Field(description="Format of the log on stderr.")] = "text"
     log_level: Annotated[
         Literal["debug", "info", "warning", "error"], Field(description="Lowest level that is logged.")

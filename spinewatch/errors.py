@@ -1,10 +1,10 @@
-"""Named errors of the measuring library; each message says what is wrong and what to do."""
+"""Named errors of the measuring library; each message states what is wrong and what to do."""
 
 from __future__ import annotations
 
 
 class SpinewatchError(Exception):
-    """Base of every error whose message may be shown to a person as it is."""
+    """Base of every error whose message may be shown to users unchanged."""
 
     code = "spinewatch-error"
     """Stable name of the kind of error, for machines."""

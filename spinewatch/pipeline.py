@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
-
-import numpy as np
+from dataclasses import dataclass, field, replace
 
 from spinewatch.camera import Rig
 from spinewatch.detection.candidates.search import Detection, DetectionParameters
@@ -14,12 +12,15 @@ from spinewatch.detection.detector import prepare_detector
 from spinewatch.detection.refinement.centres import CentreParameters
 from spinewatch.errors import ParameterError, SameImageError
 from spinewatch.flags import Flag
+from spinewatch.imaging.comparison import compare_images
 from spinewatch.imaging.frame import Frame
+from spinewatch.levels import vertebra_names
 from spinewatch.markers import FLAT_10_14_18, TriadModel
 from spinewatch.matching.epipolar import nominal_ranges_mm
 from spinewatch.matching.rig_check import RigCheck, RigCheckParameters
 from spinewatch.matching.selection import SpineAxis
 from spinewatch.progress import Progress, silent
+from spinewatch.triads.diagnosis import DiagnosisParameters, diagnose
 from spinewatch.triads.drift import search_and_check_rig
 from spinewatch.triads.labels import KnownConfiguration, LabelledTriad, LabelParameters, label_triads
 from spinewatch.triads.search import SearchParameters, TriadSearch, match_triads
@@ -43,6 +44,8 @@ class Parameters:
         Labels when triads are missing.
     rig_check
         Check of the rig by the balls.
+    diagnosis
+        Cause of missing triads.
     """
 
     ball_diameter_mm: float = 8.0
@@ -51,6 +54,7 @@ class Parameters:
     search: SearchParameters = field(default_factory=SearchParameters)
     labels: LabelParameters = field(default_factory=LabelParameters)
     rig_check: RigCheckParameters = field(default_factory=RigCheckParameters)
+    diagnosis: DiagnosisParameters = field(default_factory=DiagnosisParameters)
 
 
 @dataclass(frozen=True)
@@ -60,7 +64,8 @@ class StageRequest:
     Attributes
     ----------
     labels
-        Marked vertebrae in order of increasing coordinate along the spine axis.
+        Marked vertebrae in order of increasing coordinate along the spine axis, in any spelling that
+        `levels.vertebra_names` accepts.
     spine_axis
         Object-space axis along which the spine lies; "auto" for the axis of greatest extent.
     triads
@@ -69,6 +74,8 @@ class StageRequest:
         Markers in use.
     known
         Earlier stage, distances or kinds of markers, which decide on labels when triads are missing.
+    extra_levels
+        Vertebrae that this spine has in addition to C1-C7, T1-T12, L1-L5 and S1, for example T13 or L6.
     """
 
     labels: tuple[str, ...] = ()
@@ -76,10 +83,10 @@ class StageRequest:
     triads: int | None = None
     models: tuple[TriadModel, ...] = (FLAT_10_14_18,)
     known: KnownConfiguration | None = None
+    extra_levels: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if len(set(self.labels)) != len(self.labels) or not all(self.labels):
-            raise ParameterError("labels must be different, non-empty names")
+        object.__setattr__(self, "labels", vertebra_names(self.labels, self.extra_levels))
         if self.triads is not None and self.triads < 1:
             raise ParameterError("the number of triads must be at least 1")
         if self.labels and self.triads not in (None, len(self.labels)):
@@ -216,7 +223,7 @@ class StageMeasurer:
         ImageSizeError
             If an image has another size than its camera.
         SameImageError
-            If both images are the same.
+            If both images are the same, or of the same exposure with other noise.
         """
         _refuse_same_image(left, right)
         progress("detect", 0.0)
@@ -228,20 +235,76 @@ class StageMeasurer:
             detections[1].features,
             self.rig,
             self.parameters.rig_check,
+            request.models,
         )
+        diagnosis_flags = self._diagnose(detections, (left, right), search, request)
         progress("label", 0.9)
         labelled, label_flags = label_triads(
-            search.triads, request.labels, request.spine_axis, self.parameters.labels, request.known
+            search.triads,
+            request.labels,
+            request.spine_axis,
+            self.parameters.labels,
+            request.known,
+            request.extra_levels,
         )
         image_flags = [
             Flag(flag.code, f"{frame.side}: {flag.detail}")
             for frame, detection in zip((left, right), detections, strict=True)
             for flag in detection.flags
         ]
-        flags = (*image_flags, *search.flags, *rig_flags, *label_flags)
+        flags = (*image_flags, *search.flags, *rig_flags, *diagnosis_flags, *label_flags)
         return StageMeasurement(
             *detections, labelled, flags, rig_check, self.parameters, self._detector.template_version
         )
+
+    def _diagnose(
+        self,
+        detections: tuple[Detection, Detection],
+        frames: tuple[Frame, Frame],
+        search: TriadSearch,
+        request: StageRequest,
+    ) -> tuple[Flag, ...]:
+        """Return flags with the cause if none, or fewer than half of the expected triads were found."""
+        found = sum(triad.pose is not None for triad in search.triads)
+        if found and 2 * found >= (request.expected or 0):
+            return ()
+        if axis_flags := self._axis_flags(detections, frames, found, request):
+            return axis_flags
+        left, right = (detection.features for detection in detections)
+        diagnosis = diagnose(
+            left,
+            right,
+            self.rig,
+            self.parameters.search,
+            request.models,
+            self.parameters.diagnosis,
+            expected=request.expected,
+            axis=request.spine_axis,
+        )
+        expected = f" of {request.expected}" if request.expected else ""
+        flag = Flag("no-triads", f"{found}{expected} triads were found; {diagnosis.detail}")
+        return (flag, Flag("calibration-drift", diagnosis.detail)) if diagnosis.rig_has_moved else (flag,)
+
+    def _axis_flags(
+        self,
+        detections: tuple[Detection, Detection],
+        frames: tuple[Frame, Frame],
+        found: int,
+        request: StageRequest,
+    ) -> tuple[Flag, ...]:
+        """Return a flag if the triads lie along the other axis than the one that was given."""
+        if request.spine_axis == "auto":
+            return ()
+        other: SpineAxis = "y" if request.spine_axis == "x" else "x"
+        across = self._match(detections, frames, replace(request, spine_axis=other), self.rig)
+        n_across = sum(triad.pose is not None for triad in across.triads)
+        if n_across < max(found + 2, (request.expected or 0) / 2):
+            return ()
+        detail = (
+            f"triads found along the spine axis {request.spine_axis}: {found}, along {other}: {n_across}; give the axis"
+            " along which the spine lies"
+        )
+        return (Flag("spine-axis-implausible", detail),)
 
     def _match(
         self,
@@ -263,5 +326,5 @@ class StageMeasurer:
 
 
 def _refuse_same_image(left: Frame, right: Frame) -> None:
-    if left.pixels.shape == right.pixels.shape and np.array_equal(left.pixels, right.pixels):
+    if compare_images(left.pixels, right.pixels).repeated:
         raise SameImageError("left and right are the same image; send the pair that the two cameras took")

@@ -6,6 +6,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session, contains_eager
 
 from contract.calibration_check import ChecksSummary
+from contract.stage import MarkerScale
 from store.page import Page, page_of
 from store.tables import Measurement, Stage
 
@@ -36,6 +37,27 @@ def listed(session: Session, calibration_id: str, limit: int, offset: int) -> Pa
     query = select(Stage).join(Stage.measurement).where(Stage.calibration_id == calibration_id)
     query = query.options(contains_eager(Stage.measurement)).order_by(Stage.created_at, Stage.id)
     return page_of(session, query, limit, offset)
+
+
+def marker_scales(session: Session, calibration_id: str) -> list[MarkerScale]:
+    """Return the scale of the markers in every stage measured with a calibration that has one.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    calibration_id
+        Identifier of the calibration.
+
+    Returns
+    -------
+    list of MarkerScale
+        The scales, oldest stage first.
+    """
+    query = select(Measurement.result["rig_check"]).join(Stage).where(Stage.calibration_id == calibration_id)
+    checks = session.scalars(query.order_by(Stage.created_at, Stage.id))
+    scales = [(check or {}).get("marker_scale") for check in checks]
+    return [MarkerScale.model_validate(scale) for scale in scales if scale is not None]
 
 
 def summary(session: Session, calibration_id: str) -> ChecksSummary:

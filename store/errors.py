@@ -1,4 +1,4 @@
-"""Named errors of the database and the queue; a caller may show each message to a person as it is."""
+"""Named errors of the database and the queue; each message may be shown to users unchanged."""
 
 from __future__ import annotations
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from uuid import uuid4
 
-from sqlalchemy import Select, select
+from sqlalchemy import Select, and_, or_, select
 from sqlalchemy.orm import Session, joinedload, selectinload
 from sqlalchemy.orm.attributes import set_committed_value
 
@@ -152,6 +153,28 @@ def listed(session: Session, surgery_id: str, limit: int, offset: int) -> Page[S
 
 
 @dataclass(frozen=True)
+class EarlierStage:
+    """A stage of the surgery that was submitted before the one in work.
+
+    Attributes
+    ----------
+    name
+        Name of the stage.
+    captured_at
+        When it was taken, None when unknown.
+    sha256
+        SHA-256 of its image files, hexadecimal, by side.
+    content
+        The files by side; empty for a stage whose files are not loaded.
+    """
+
+    name: str
+    captured_at: datetime | None
+    sha256: Mapping[str, str]
+    content: Mapping[str, bytes]
+
+
+@dataclass(frozen=True)
 class StageWork:
     """What a worker needs to measure a stage.
 
@@ -159,25 +182,41 @@ class StageWork:
     ----------
     left, right
         The image files.
+    sha256
+        Their SHA-256, hexadecimal, by side.
     rig
         The rig JSON.
+    captured_at
+        When the stage was taken, None when unknown.
+    calibrated_at, calibration_created_at
+        When the rig was calibrated, None when unknown, and when the calibration was stored.
     calibration_age
         Age of the calibration when the stage was taken.
+    earlier
+        Stages of other names that were submitted before, in that order, whatever has become of their jobs.
     vertebrae
         Labels in order of increasing coordinate along the spine axis.
     spine_axis
         x, y or auto.
+    extra_levels
+        Vertebrae that this spine has in addition to the usual ones.
     """
 
     left: bytes
     right: bytes
+    sha256: Mapping[str, str]
     rig: Document
+    captured_at: datetime | None
+    calibrated_at: datetime | None
+    calibration_created_at: datetime
     calibration_age: timedelta
+    earlier: tuple[EarlierStage, ...]
     vertebrae: tuple[str, ...]
     spine_axis: str
+    extra_levels: tuple[str, ...]
 
 
-def work(session: Session, stage_id: str) -> StageWork:
+def work(session: Session, stage_id: str, max_loaded: int = 0) -> StageWork:
     """Return what a worker needs to measure a stage.
 
     Parameters
@@ -186,22 +225,53 @@ def work(session: Session, stage_id: str) -> StageWork:
         Session that reads.
     stage_id
         Identifier of the stage.
+    max_loaded
+        Number of the latest earlier stages whose files are loaded too.
 
     Returns
     -------
     StageWork
-        Images, rig and labels.
+        Images, rig, labels and earlier stages.
     """
     query = select(Stage).where(Stage.id == stage_id)
     stage = session.scalars(query.options(joinedload(Stage.surgery), joinedload(Stage.calibration))).one()
     return StageWork(
         left=images.content(session, stage.left_sha256),
         right=images.content(session, stage.right_sha256),
+        sha256=_sha256(stage),
         rig=stage.calibration.rig,
+        captured_at=stage.captured_at,
+        calibrated_at=stage.calibration.calibrated_at,
+        calibration_created_at=stage.calibration.created_at,
         calibration_age=calibrations.age(stage.calibration, stage),
+        earlier=_earlier(session, stage, max_loaded),
         vertebrae=tuple(stage.surgery.vertebrae),
         spine_axis=stage.surgery.spine_axis,
+        extra_levels=tuple(stage.surgery.extra_levels),
     )
+
+
+def _earlier(session: Session, stage: Stage, max_loaded: int) -> tuple[EarlierStage, ...]:
+    """Return the stages submitted before a stage; takes of its own name show the same moment."""
+    before = or_(
+        Stage.created_at < stage.created_at, and_(Stage.created_at == stage.created_at, Stage.id < stage.id)
+    )
+    query = select(Stage).where(Stage.surgery_id == stage.surgery_id, Stage.name != stage.name, before)
+    rows = session.scalars(query.order_by(Stage.created_at, Stage.id)).all()
+    loaded = rows[max(len(rows) - max_loaded, 0) :]
+    return tuple(
+        EarlierStage(
+            name=row.name,
+            captured_at=row.captured_at,
+            sha256=_sha256(row),
+            content={s: images.content(session, h) for s, h in _sha256(row).items()} if row in loaded else {},
+        )
+        for row in rows
+    )
+
+
+def _sha256(stage: Stage) -> dict[str, str]:
+    return {"left": stage.left_sha256, "right": stage.right_sha256}
 
 
 def _latest(surgery_id: str, name: str) -> Select[Stage]:

@@ -26,6 +26,7 @@ from sqlalchemy import (
     UniqueConstraint,
     func,
     select,
+    text,
 )
 from sqlalchemy.orm import DeclarativeBase, Mapped, column_property, mapped_column, relationship
 
@@ -152,7 +153,7 @@ class CalibrationReport(Base):
 
 
 class Surgery(Base):
-    """One operation: the hospital's case number, and the marked vertebrae in order along the spine axis."""
+    """One operation: the case number, the marked vertebrae in order along the spine axis, and unusual levels."""
 
     __tablename__ = "surgeries"
 
@@ -161,6 +162,7 @@ class Surgery(Base):
     vertebrae: Mapped[list[Any]]
     reference_vertebra: Mapped[str] = mapped_column(String(16))
     spine_axis: Mapped[str] = mapped_column(String(8))
+    extra_levels: Mapped[list[Any]] = mapped_column(JSON, server_default=text("'[]'"))
     created_at: Mapped[datetime] = mapped_column(index=True)
 
     stages: Mapped[list[Stage]] = relationship(

@@ -1,4 +1,4 @@
-"""Handlers of jobs by kind. A new kind is one file in workers/handlers/: no table, no other code knows it."""
+"""Handlers of jobs by kind. A new kind is one file in workers/handlers/: no table, no other code refers to it."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from commands.shared.calibration_options import parse_pixel_size, parse_sensor
-from commands.shared.files import read_bytes, read_text
+from commands.shared.files import printable_name, read_bytes, read_text
 from commands.shared.stopwatch import Stopwatch
 from contract.calibration_quality import calibration_result
 from spinewatch.arrays import Float
@@ -40,7 +40,10 @@ def calibrate_images(
 ) -> dict[str, Any]:
     """Return the document of a calibration from image files; ``field_name`` is built in or a CSV file."""
     if field_name is None:
-        raise ParameterError(f"give --control-field: a CSV file, or one of {', '.join(BUILT_IN_FIELDS)}")
+        raise ParameterError(
+            f"give --control-field: a CSV file, one of {', '.join(BUILT_IN_FIELDS)}, or a board such as"
+            " chessboard:9x6:25"
+        )
     require_calibration_shots(verify, len(pairs))
     field = read_field(field_name)
     shots = [
@@ -57,7 +60,12 @@ def calibrate_images(
     result = calibrate_files(shots, field, parameters, step, verify=verify, rig_name=name)
     timings = clock.stop()
     images = [
-        {"shot": shot.name, "side": side, "file": path.name, "sha256": hashlib.sha256(content).hexdigest()}
+        {
+            "shot": shot.name,
+            "side": side,
+            "file": printable_name(path.name),
+            "sha256": hashlib.sha256(content).hexdigest(),
+        }
         for shot, pair in zip(shots, pairs, strict=True)
         for side, path, content in zip(("left", "right"), pair, (shot.left, shot.right), strict=True)
     ]
@@ -71,10 +79,11 @@ def calibrate_points(
     pixel_size: str | None,
     verify: int,
     name: str,
+    progress: Progress = silent,
 ) -> dict[str, Any]:
     """Return the document of a calibration from two CSV files of image points, left and right."""
     sensor = parse_sensor(image_size, pixel_size)
-    left, right = (parse_image_points(read_text(path), path.name) for path in files)
+    left, right = (parse_image_points(read_text(path), printable_name(path.name)) for path in files)
     shots = _shots(left, right)
     require_calibration_shots(verify, len(shots))
     clock = Stopwatch()
@@ -84,6 +93,7 @@ def calibrate_points(
         _field_of(shots),
         (sensor, sensor),
         CalibrationParameters(solve=solve),
+        progress,
         verify=verify,
         rig_name=name,
     )
@@ -100,7 +110,7 @@ def read_field(name: str) -> ControlField:
     """Return the built-in control field of that name, or the one in the CSV file of that name."""
     path = Path(name)
     if name not in BUILT_IN_FIELDS and path.is_file():
-        return load_control_field(path.name, read_text(path))
+        return load_control_field(printable_name(path.name), read_text(path))
     return load_control_field(name)
 
 
@@ -117,8 +127,8 @@ def _document(
 
 def _shot_names(pairs: Sequence[Pair]) -> list[str]:
     """Return the folders of the left images, or their file names, or numbers: the first that are all different."""
-    folders = [left.parent.name for left, _ in pairs]
-    stems = [left.stem for left, _ in pairs]
+    folders = [printable_name(left.parent.name) for left, _ in pairs]
+    stems = [printable_name(left.stem) for left, _ in pairs]
     for names in (folders, stems):
         if all(names) and len(set(names)) == len(names) and len(names) > 1:
             return names

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from commands.shared.calibration_options import parse_sensor
-from commands.shared.files import read_text
+from commands.shared.files import printable_name, read_text
 from commands.shared.stopwatch import Stopwatch
 from contract.cameras import CamerasResult
 from spinewatch.calibration.cameras import calibrate_cameras
@@ -22,12 +22,13 @@ def calibrate_camera_points(
     files: Sequence[Path], solve: SolveParameters, image_size: str | None, pixel_size: str | None
 ) -> dict[str, Any]:
     """Return the document of cameras calibrated from one CSV file of image points per camera, named after its file."""
-    names = [path.stem for path in files]
+    names = [printable_name(path.stem) for path in files]
     if len(set(names)) < len(names):
         raise ParameterError("two files have the same name, which names their camera; rename one of them")
     sensor = parse_sensor(image_size, pixel_size)
     points = {
-        name: parse_image_points(read_text(path), path.name) for name, path in zip(names, files, strict=True)
+        name: parse_image_points(read_text(path), printable_name(path.name))
+        for name, path in zip(names, files, strict=True)
     }
     clock = Stopwatch()
     clock("calibrate")

@@ -32,30 +32,50 @@ def load_settings(**options: Any) -> Settings:
 
 
 def require_database(settings: Settings) -> None:
-    """Raise ``DatabaseNotReadyError`` unless the database has the tables of this version."""
-    from store.database import Database  # noqa: PLC0415 - --help does not need it
+    """Raise ``DatabaseNotReadyError`` unless the database has the tables of this version and can be written."""
+    from sqlalchemy.exc import SQLAlchemyError  # noqa: PLC0415 - --help does not need it
+
+    from store.database import Database, sqlite_path  # noqa: PLC0415
     from store.revision import require_revision  # noqa: PLC0415
 
     database = Database(settings.database_url)
-    require_revision(database)
-    database.close()
+    try:
+        path = sqlite_path(settings.database_url)
+        if path is None or path.exists():  # connecting would create an empty file
+            with database.write() as session:
+                session.connection()  # takes the write lock and changes nothing
+        require_revision(database)
+    except SQLAlchemyError as error:
+        raise _database_error("written", error) from error
+    finally:
+        database.close()
 
 
 def migrate_database(settings: Settings) -> None:
     """Create the database or migrate it to this version; raises ``DatabaseNotReadyError`` if that is impossible."""
-    from sqlalchemy.exc import DBAPIError, SQLAlchemyError  # noqa: PLC0415 - --help does not need it
+    from sqlalchemy.exc import SQLAlchemyError  # noqa: PLC0415 - --help does not need it
 
     from migrations.history import upgrade  # noqa: PLC0415
-    from store.errors import DatabaseNotReadyError  # noqa: PLC0415
 
     try:
         upgrade(settings.database_url)
     except (OSError, SQLAlchemyError) as error:
-        reason = error.orig if isinstance(error, DBAPIError) else error
-        summary = str(reason).partition("\n")[0]
-        raise DatabaseNotReadyError(
-            f"the database cannot be created or migrated: {summary}; check SPINEWATCH_DATABASE_URL"
-        ) from error
+        raise _database_error("created or migrated", error) from error
+
+
+def _database_error(verb: str, error: Exception) -> SpinewatchError:
+    """Return the one-line error of a database that cannot be used."""
+    from sqlalchemy.exc import DBAPIError  # noqa: PLC0415 - --help does not need it
+
+    from store.errors import DatabaseNotReadyError  # noqa: PLC0415
+
+    if isinstance(error, OSError):
+        reason = f"{error.strerror}: {error.filename}"
+    else:
+        reason = str(error.orig if isinstance(error, DBAPIError) else error).partition("\n")[0]
+    return DatabaseNotReadyError(
+        f"the database cannot be {verb}: {reason}; check the file, its folder and SPINEWATCH_DATABASE_URL"
+    )
 
 
 def require_queue(settings: Settings) -> None:

@@ -24,6 +24,9 @@ from spinewatch.imaging.frame import Frame
 from spinewatch.imaging.header import inspect_image
 from spinewatch.pipeline import StageMeasurer, StageRequest
 
+_LAST = ("parameters", "features")
+"""Long parts of a stage document, printed after the rest."""
+
 
 def measure_pair(
     left: Path,
@@ -33,6 +36,7 @@ def measure_pair(
     spine_axis: Literal["x", "y", "auto"],
     triads: int | None,
     templates_path: Path | None = None,
+    extra_levels: tuple[str, ...] = (),
 ) -> dict[str, Any]:
     """Return the stage document of two image files, with ``timings_ms`` per step and in total.
 
@@ -49,13 +53,15 @@ def measure_pair(
         Frame(_image(left, left_bytes, rig.left.image_size_px), "left"),
         Frame(_image(right, right_bytes, rig.right.image_size_px), "right"),
     )
-    request = StageRequest(labels=labels, spine_axis=spine_axis, triads=triads)
+    request = StageRequest(labels=labels, spine_axis=spine_axis, triads=triads, extra_levels=extra_levels)
     clock("prepare")
     with ThreadPoolExecutor(max_workers=1) as pool:
         measurement = StageMeasurer(rig, templates=templates, pool=pool).measure(*frames, request, clock)
     timings = clock.stop()
     result = StageResult.of(measurement, version("spinewatch"))
-    return {**result.model_dump(mode="json"), "timings_ms": timings}
+    document = result.model_dump(mode="json")
+    long = {name: document.pop(name) for name in _LAST}
+    return {**document, "timings_ms": timings, **long}
 
 
 def _templates(path: Path | None) -> TemplateSet:

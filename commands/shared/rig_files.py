@@ -5,23 +5,34 @@ from __future__ import annotations
 from pathlib import Path
 
 from commands.shared.files import read_text, write_text
-from spinewatch.calibration.points import Sensor
 from spinewatch.camera import Rig
 from spinewatch.rig_files import RigFormat
-from spinewatch.rig_files.formats import RIG_FILE_NAMES, format_rig_files, parse_rig_files
+from spinewatch.rig_files.formats import (
+    EXTRINSICS,
+    RIG_FILE_NAMES,
+    RigFileContent,
+    format_rig_files,
+    parse_rig_files,
+)
 
 
-def read_rig_file(path: Path, rig_format: RigFormat, sensor: Sensor, name: str) -> tuple[Rig, float]:
-    """Return the rig in a file or folder, and the maximum error of a fitted distortion model, px.
+def read_rig_file(
+    path: Path,
+    rig_format: RigFormat,
+    name: str,
+    image_size_px: tuple[int, int] | None,
+    pixel_size_mm: tuple[float, float],
+) -> RigFileContent:
+    """Return the rig in a file or folder; of OpenCV's intrinsics.yml with the extrinsics.yml beside it.
 
-    ``sensor`` and ``name`` are used for formats without them.
+    Name, image size and pixel size are used for formats without them.
     """
+    texts = {file: read_text(path / file) for file in RIG_FILE_NAMES[rig_format]}
+    extrinsics = path.with_name(EXTRINSICS)
+    if rig_format == "opencv" and extrinsics.is_file():
+        texts[EXTRINSICS] = read_text(extrinsics)
     return parse_rig_files(
-        {file: read_text(path / file) for file in RIG_FILE_NAMES[rig_format]},
-        rig_format,
-        name=name,
-        image_size_px=sensor.image_size_px,
-        pixel_size_mm=sensor.pixel_size_mm,
+        texts, rig_format, name=name, image_size_px=image_size_px, pixel_size_mm=pixel_size_mm
     )
 
 

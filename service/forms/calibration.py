@@ -33,7 +33,10 @@ class CalibrationForm(BaseModel):
     name: Annotated[str, Field(min_length=1, max_length=200, description="Name of the rig.")]
     control_field: Annotated[
         File | Annotated[str, Field(min_length=1)],
-        Field(description="Built-in name pegboard-1995, or CSV id,x_mm,y_mm,z_mm as a file or as text."),
+        Field(
+            description="Built-in name pegboard-1995, or CSV id,x_mm,y_mm,z_mm as a file or as text, or a flat board in"
+            " several tilted shots: chessboard:9x6:25 or charuco:7x5:40:30:DICT_5X5_100."
+        ),
     ]
     left: Annotated[Images, Field(description="Left images, one per shot.")]
     right: Annotated[Images, Field(description="Right images, in the same order.")]

@@ -6,12 +6,12 @@ from datetime import timedelta
 
 from fastapi import APIRouter
 
-from contract.calibration_check import CalibrationCheck
+from contract.calibration_check import CalibrationCheck, CalibrationChecks
 from contract.flag import Flag
-from contract.page import Listing
-from contract.stage import RigCheck
+from contract.stage import MarkerScale, RigCheck
 from service.dependencies import DatabaseDep, problems
-from service.parameters import Limit, Offset
+from service.parameters import CalibrationId, Limit, Offset
+from spinewatch.matching import marker_scale
 from store import calibration_checks, calibrations, tables
 from store.calibration_checks import CALIBRATION_FLAGS
 
@@ -20,14 +20,25 @@ router = APIRouter(prefix="/v1/calibrations", tags=["calibrations"])
 
 @router.get("/{calibration_id}/checks", responses=problems(404, 422))
 def list_calibration_checks(
-    calibration_id: str, database: DatabaseDep, limit: Limit = 50, offset: Offset = 0
-) -> Listing[CalibrationCheck]:
-    """List the stages measured with a calibration, oldest first, with its age and the drift of the rig at each."""
+    calibration_id: CalibrationId, database: DatabaseDep, limit: Limit = 50, offset: Offset = 0
+) -> CalibrationChecks:
+    """List the stages measured with a calibration, oldest first, with its age and the drift of the rig at each.
+
+    The scale of the markers is pooled over all its stages.
+    """
     with database.read() as session:
         calibration = calibrations.get(session, calibration_id)
         page = calibration_checks.listed(session, calibration_id, limit, offset)
+        scales = calibration_checks.marker_scales(session, calibration_id)
     items = [_check(stage, calibration) for stage in page.items]
-    return Listing(items=items, total=page.total, limit=limit, offset=offset)
+    pooled = marker_scale.pooled_scale([marker_scale.MarkerScale(**scale.model_dump()) for scale in scales])
+    return CalibrationChecks(
+        items=items,
+        total=page.total,
+        limit=limit,
+        offset=offset,
+        pooled_scale=None if pooled is None else MarkerScale.model_validate(pooled),
+    )
 
 
 def _check(stage: tables.Stage, calibration: tables.Calibration) -> CalibrationCheck:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body, Depends, Form, Path, Query, Response
+from fastapi import APIRouter, Body, Depends, Form, Path, Query, Request, Response
 from fastapi.responses import HTMLResponse
 from pydantic import PlainValidator
 
@@ -19,6 +21,7 @@ from reports.calibration import calibration_report
 from service.dependencies import (
     ACCEPTED,
     ActorDep,
+    ClockToleranceDep,
     DatabaseDep,
     QueueDep,
     enqueue,
@@ -27,11 +30,11 @@ from service.dependencies import (
     problems,
 )
 from service.forms.calibration import MAX_SHOTS, CalibrationForm, read_request
-from service.images import FILE_RESPONSES, IfNoneMatch, Side, file_response, image_pair
-from service.parameters import Limit, Offset, TextTime
+from service.images import FILE_RESPONSES, IfNoneMatch, SidePath, file_response, image_pair
+from service.parameters import CalibrationId, Limit, Offset, TextTime, require_plausible_time
 from service.routes.jobs import job_of
 from spinewatch.errors import RigError
-from spinewatch.rig_files.rig_json import rig_from_dict
+from spinewatch.rig_files.rig_json import decode_json, rig_from_dict
 from store import calibration_checks, calibration_requests, calibrations, tables
 from store.clock import utc_now
 
@@ -40,14 +43,29 @@ router = APIRouter(prefix="/v1/calibrations", tags=["calibrations"])
 _SAFE_FIELD = re.compile(r"[\w.()-]{1,64}", re.ASCII)
 
 
-def _rig(document: object) -> spinewatch.camera.Rig:
-    """Return the library's rig; an error does not repeat the name of an unknown field that may be anything."""
+@contextmanager
+def _printable_field() -> Iterator[None]:
+    """Let an error not repeat the name of an unknown field that may be anything."""
     try:
-        return rig_from_dict(document)
+        yield
     except RigError as error:
         if _SAFE_FIELD.fullmatch(error.field):
             raise
         raise RigError("(unprintable)", error.problem) from error
+
+
+@_printable_field()
+def _rig(document: object) -> spinewatch.camera.Rig:
+    """Return the library's rig."""
+    return rig_from_dict(document)
+
+
+async def unique_fields(request: Request) -> None:
+    """Refuse a rig with a field given twice, of which a decoded body has only the last."""
+    body = await request.body()
+    if body:
+        with _printable_field():
+            decode_json(body)
 
 
 RigBody = Annotated[Any, PlainValidator(_rig, json_schema_input_type=Rig), Body()]
@@ -56,19 +74,27 @@ RigBody = Annotated[Any, PlainValidator(_rig, json_schema_input_type=Rig), Body(
 _CONTENT_SECURITY_POLICY = "default-src 'none'; style-src 'unsafe-inline'"
 
 
-@router.post("", status_code=201, dependencies=[Depends(json_body)], responses=problems(413, 415, 422))
+@router.post(
+    "",
+    status_code=201,
+    dependencies=[Depends(json_body), Depends(unique_fields)],
+    responses=problems(413, 415, 422),
+)
 def create_calibration(
     rig: RigBody,
     database: DatabaseDep,
     actor: ActorDep,
+    tolerance: ClockToleranceDep,
     response: Response,
     calibrated_at: Annotated[
         TextTime | None, Query(description="Time of the calibration, RFC 3339 with a time zone.")
     ] = None,
 ) -> CalibrationDetail:
     """Store a rig that was calibrated elsewhere; it cannot be changed afterwards."""
+    now = utc_now()
+    require_plausible_time("calibrated_at", calibrated_at, now, tolerance, "query")
     with database.write() as session:
-        row = calibrations.add(session, rig, utc_now(), actor, calibrated_at)
+        row = calibrations.add(session, rig, now, actor, calibrated_at)
     response.headers["Location"] = f"{router.prefix}/{row.id}"
     return _detail(row, ChecksSummary(stages=0, drifted=0, old=0))
 
@@ -84,6 +110,7 @@ def calibrate_from_images(
     database: DatabaseDep,
     queue: QueueDep,
     actor: ActorDep,
+    tolerance: ClockToleranceDep,
     response: Response,
 ) -> Job:
     """Submit shots of a control field for calibration.
@@ -92,9 +119,11 @@ def calibrate_from_images(
     defines object space. The job has the identifier of the calibration when it has succeeded, and the error when it has
     failed.
     """
+    now = utc_now()
+    require_plausible_time("captured_at", form.captured_at, now, tolerance)
     new = read_request(form)
     with database.write() as session:
-        request = calibration_requests.submit(session, new, utc_now(), actor)
+        request = calibration_requests.submit(session, new, now, actor)
     enqueue(queue, request.job.id)
     response.headers["Location"] = f"/v1/jobs/{request.job.id}"
     return job_of(request.job, None)
@@ -110,7 +139,7 @@ def list_calibrations(database: DatabaseDep, limit: Limit = 50, offset: Offset =
 
 
 @router.get("/{calibration_id}", responses=problems(404))
-def get_calibration(calibration_id: str, database: DatabaseDep) -> CalibrationDetail:
+def get_calibration(calibration_id: CalibrationId, database: DatabaseDep) -> CalibrationDetail:
     """Get a calibration with its report and a summary of its checks."""
     with database.read() as session:
         row = calibrations.get_with_report(session, calibration_id)
@@ -122,7 +151,7 @@ def get_calibration(calibration_id: str, database: DatabaseDep) -> CalibrationDe
     response_class=HTMLResponse,
     responses={200: {"description": "A page without external resources."}, **problems(404)},
 )
-def get_calibration_report(calibration_id: str, database: DatabaseDep) -> HTMLResponse:
+def get_calibration_report(calibration_id: CalibrationId, database: DatabaseDep) -> HTMLResponse:
     """Get the report of a calibration made from images, as an HTML page to read and print."""
     with database.read() as session:
         row = calibrations.get_with_report(session, calibration_id)
@@ -136,9 +165,9 @@ def get_calibration_report(calibration_id: str, database: DatabaseDep) -> HTMLRe
     "/{calibration_id}/shots/{number}/images/{side}", response_class=Response, responses=FILE_RESPONSES
 )
 def get_calibration_image(
-    calibration_id: str,
+    calibration_id: CalibrationId,
     number: Annotated[int, Path(ge=1, le=MAX_SHOTS, description="Number of the shot, from 1.")],
-    side: Side,
+    side: SidePath,
     database: DatabaseDep,
     if_none_match: IfNoneMatch = None,
 ) -> Response:

@@ -18,7 +18,7 @@ router = APIRouter(prefix="/v1/health", tags=["health"])
 class Health(Schema):
     """The service runs, and its database is available and has the tables of this version."""
 
-    status: Literal["ready"]
+    status: Annotated[Literal["ready"], Field(description="Always ready; otherwise the answer is a problem.")]
     version: Annotated[str, Field(description="Version of Spinewatch.")]
     revision: Annotated[str, Field(description="Revision of the database's tables.")]
 

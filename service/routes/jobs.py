@@ -7,6 +7,7 @@ from fastapi import APIRouter
 from contract.job import Job, JobState
 from contract.problem import Problem
 from service.dependencies import ActorDep, DatabaseDep, problems
+from service.parameters import JobId
 from service.problems import problem
 from store import jobs, tables
 from store.clock import utc_now
@@ -36,7 +37,7 @@ def job_of(row: tables.Job, stage: tables.Stage | None) -> Job:
 
 
 @router.get("/{job_id}", responses=problems(404))
-def get_job(job_id: str, database: DatabaseDep) -> Job:
+def get_job(job_id: JobId, database: DatabaseDep) -> Job:
     """Get a job."""
     with database.read() as session:
         row = jobs.get(session, job_id)
@@ -44,7 +45,7 @@ def get_job(job_id: str, database: DatabaseDep) -> Job:
 
 
 @router.post("/{job_id}/cancel", responses=problems(404, 409))
-def cancel_job(job_id: str, database: DatabaseDep, actor: ActorDep) -> Job:
+def cancel_job(job_id: JobId, database: DatabaseDep, actor: ActorDep) -> Job:
     """Cancel a job that has not ended; if a worker is running it, the result is discarded."""
     with database.write() as session:
         row = jobs.cancel(session, job_id, utc_now(), actor)

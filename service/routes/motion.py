@@ -8,8 +8,9 @@ from typing import Annotated
 from fastapi import APIRouter, Query
 
 from contract.base import StageName
-from contract.motion import MissingMotion, Motion, StageReference, VertebraMotion
+from contract.motion import MissingMotion, Motion, StageFlag, StageReference, VertebraMotion
 from service.dependencies import DatabaseDep, problems
+from service.parameters import SurgeryId
 from spinewatch.errors import SpinewatchError
 from spinewatch.spine.motion import relative_motion
 from spinewatch.triads.pose import Pose
@@ -26,7 +27,7 @@ class SameStageError(SpinewatchError):
 
 @router.get("", responses=problems(404, 409, 422))
 def get_motion(
-    surgery_id: str,
+    surgery_id: SurgeryId,
     database: DatabaseDep,
     start: Annotated[StageName, Query(alias="from", description="The earlier stage.")],
     end: Annotated[StageName, Query(alias="to", description="The later stage.")],
@@ -36,8 +37,8 @@ def get_motion(
         raise SameStageError("from and to are the same stage; give two different ones")
     with database.read() as session:
         surgery = surgeries.get(session, surgery_id)
-        first, _ = measurements.get(session, surgery_id, start)
-        last, _ = measurements.get(session, surgery_id, end)
+        measured = [measurements.get(session, surgery_id, name) for name in (start, end)]
+        first, last = (stage for stage, _ in measured)
         before, after = (measurements.poses(session, stage.id) for stage in (first, last))
     motions = relative_motion(before, after, surgery.reference_vertebra)
     others = [name for name in surgery.vertebrae if name != surgery.reference_vertebra]
@@ -49,6 +50,11 @@ def get_motion(
         frame=f"reference triad {surgery.reference_vertebra}",
         vertebrae=[VertebraMotion.of(motion) for motion in motions],
         missing=_missing(others, {first.name: before, last.name: after}),
+        flags=[
+            StageFlag(stage=stage.name, **flag)
+            for stage, result in measured
+            for flag in result.result["flags"]
+        ],
     )
 
 

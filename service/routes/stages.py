@@ -12,6 +12,7 @@ from contract.stage import CountPair, Stage, StageFeatures, StageTriads
 from service.dependencies import (
     ACCEPTED,
     ActorDep,
+    ClockToleranceDep,
     DatabaseDep,
     QueueDep,
     enqueue,
@@ -19,8 +20,8 @@ from service.dependencies import (
     problems,
 )
 from service.forms.stage import StageForm, read_pair, require_calibrated_sizes
-from service.images import FILE_RESPONSES, IfNoneMatch, Side, file_response, image_pair
-from service.parameters import Limit, Offset
+from service.images import FILE_RESPONSES, IfNoneMatch, SidePath, file_response, image_pair
+from service.parameters import Limit, Offset, StagePath, SurgeryId, require_plausible_time
 from service.problems import InvalidInputError
 from service.routes.jobs import job_of
 from store import calibrations, measurements, stages, surgeries, tables
@@ -37,11 +38,12 @@ router = APIRouter(prefix="/v1/surgeries/{surgery_id}/stages", tags=["stages"])
     responses={**ACCEPTED, **problems(400, 404, 409, 413, 415, 422)},
 )
 def submit_stage(
-    surgery_id: str,
+    surgery_id: SurgeryId,
     form: Annotated[StageForm, Form(media_type="multipart/form-data")],
     database: DatabaseDep,
     queue: QueueDep,
     actor: ActorDep,
+    tolerance: ClockToleranceDep,
     response: Response,
 ) -> Stage:
     """Submit a stereo pair for measurement.
@@ -49,6 +51,8 @@ def submit_stage(
     Either everything is stored or nothing. A name in use is rejected unless its latest job failed or was cancelled; the
     pair is then its next take.
     """
+    now = utc_now()
+    require_plausible_time("captured_at", form.captured_at, now, tolerance)
     left, right = read_pair(form)
     with database.write() as session:
         surgery = surgeries.get(session, surgery_id)
@@ -58,7 +62,7 @@ def submit_stage(
             raise InvalidInputError("calibration_id", error) from error
         require_calibrated_sizes(left, right, calibration)
         new = stages.NewStage(form.name, left, right, form.captured_at)
-        stage = stages.submit(session, surgery, calibration, new, utc_now(), actor)
+        stage = stages.submit(session, surgery, calibration, new, now, actor)
     enqueue(queue, stage.job.id)
     response.headers["Location"] = f"/v1/jobs/{stage.job.id}"
     return _stage(stage)
@@ -66,7 +70,7 @@ def submit_stage(
 
 @router.get("", responses=problems(404, 422))
 def list_stages(
-    surgery_id: str, database: DatabaseDep, limit: Limit = 50, offset: Offset = 0
+    surgery_id: SurgeryId, database: DatabaseDep, limit: Limit = 50, offset: Offset = 0
 ) -> Listing[Stage]:
     """List all takes of the stages of a surgery, oldest first."""
     with database.read() as session:
@@ -76,14 +80,14 @@ def list_stages(
 
 
 @router.get("/{name}", responses=problems(404))
-def get_stage(surgery_id: str, name: str, database: DatabaseDep) -> Stage:
+def get_stage(surgery_id: SurgeryId, name: StagePath, database: DatabaseDep) -> Stage:
     """Get the latest take of a stage."""
     with database.read() as session:
         return _stage(stages.get(session, surgery_id, name))
 
 
 @router.get("/{name}/triads", responses=problems(404, 409))
-def get_triads(surgery_id: str, name: str, database: DatabaseDep) -> StageTriads:
+def get_triads(surgery_id: SurgeryId, name: StagePath, database: DatabaseDep) -> StageTriads:
     """Get the triads of a measured stage in label order; those without a label come last."""
     with database.read() as session:
         stage, measured = measurements.get(session, surgery_id, name)
@@ -103,7 +107,7 @@ def get_triads(surgery_id: str, name: str, database: DatabaseDep) -> StageTriads
 
 
 @router.get("/{name}/features", responses=problems(404, 409))
-def get_features(surgery_id: str, name: str, database: DatabaseDep) -> StageFeatures:
+def get_features(surgery_id: SurgeryId, name: StagePath, database: DatabaseDep) -> StageFeatures:
     """Get the possible ball centres of a measured stage, best score first."""
     with database.read() as session:
         stage, measured = measurements.get(session, surgery_id, name)
@@ -126,9 +130,9 @@ def get_features(surgery_id: str, name: str, database: DatabaseDep) -> StageFeat
     responses=FILE_RESPONSES,
 )
 def get_image(
-    surgery_id: str,
-    name: str,
-    side: Side,
+    surgery_id: SurgeryId,
+    name: StagePath,
+    side: SidePath,
     database: DatabaseDep,
     if_none_match: IfNoneMatch = None,
 ) -> Response:

@@ -7,7 +7,7 @@ from fastapi import APIRouter, Depends, Response
 from contract.page import Listing
 from contract.surgery import NewSurgery, StageSummary, Surgery
 from service.dependencies import ActorDep, DatabaseDep, json_body, problems
-from service.parameters import Limit, Offset
+from service.parameters import Limit, Offset, SurgeryId
 from store import surgeries, tables
 from store.clock import utc_now
 
@@ -32,7 +32,7 @@ def list_surgeries(database: DatabaseDep, limit: Limit = 50, offset: Offset = 0)
 
 
 @router.get("/{surgery_id}", responses=problems(404))
-def get_surgery(surgery_id: str, database: DatabaseDep) -> Surgery:
+def get_surgery(surgery_id: SurgeryId, database: DatabaseDep) -> Surgery:
     """Get a surgery with the state of its stages."""
     with database.read() as session:
         return _surgery(surgeries.get_with_stages(session, surgery_id))
@@ -46,6 +46,7 @@ def _surgery(row: tables.Surgery) -> Surgery:
             "vertebrae": row.vertebrae,
             "reference_vertebra": row.reference_vertebra,
             "spine_axis": row.spine_axis,
+            "extra_levels": row.extra_levels,
             "created_at": row.created_at,
             "stages": [_summary(stage) for stage in row.stages],
         }

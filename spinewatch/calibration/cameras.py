@@ -10,6 +10,14 @@ import numpy as np
 
 from spinewatch.calibration.errors import TooFewPointsError
 from spinewatch.calibration.flags import calibration_flags
+from spinewatch.calibration.plausibility import (
+    PlausibilityParameters,
+    aspect_doubts,
+    check_cameras,
+    check_image_points,
+    check_sensor,
+    principal_point_doubts,
+)
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot, check_consistent
 from spinewatch.calibration.quality.accuracy import ShotAccuracy, shot_accuracy
 from spinewatch.calibration.solve.block import Block, ImageIndex
@@ -18,9 +26,10 @@ from spinewatch.calibration.solve.bundle import BundleAdjustment
 from spinewatch.calibration.solve.dlt import MIN_DLT_POINTS
 from spinewatch.calibration.solve.orientation import MIN_POSE_POINTS
 from spinewatch.calibration.solve.parameters import SolveParameters
-from spinewatch.calibration.solve.resection import resect
+from spinewatch.calibration.solve.resection import Resection, resect
 from spinewatch.camera import Camera, Rig
 from spinewatch.flags import Flag
+from spinewatch.progress import Progress, silent
 
 CameraImages = Mapping[str, ImagePoints]
 """Image points of one camera by shot."""
@@ -70,7 +79,10 @@ class CalibratedCameras:
 
 
 def calibrate_cameras(
-    images: Mapping[str, CameraImages], sensor: Sensor, parameters: SolveParameters | None = None
+    images: Mapping[str, CameraImages],
+    sensor: Sensor,
+    parameters: SolveParameters | None = None,
+    plausibility: PlausibilityParameters | None = None,
 ) -> CalibratedCameras:
     """Return the cameras that took images of one control field.
 
@@ -86,6 +98,8 @@ def calibrate_cameras(
         Sensor of all cameras.
     parameters
         How to solve.
+    plausibility
+        Limits of plausible cameras.
 
     Returns
     -------
@@ -97,11 +111,13 @@ def calibrate_cameras(
     TooFewPointsError
         If a camera has too few points of the first shot, or no camera has enough of another.
     PointsError
-        If a point has different object coordinates in two images.
+        If a point has different object coordinates in two images, or image points are no pixels of their image.
+    PixelSizeError, ImplausibleCalibrationError
+        If pixel size, range, focal length or principal point cannot be those of a camera.
     CalibrationError
         As `resect`, naming the camera.
     """
-    parameters = parameters or SolveParameters()
+    parameters, plausibility = parameters or SolveParameters(), plausibility or PlausibilityParameters()
     shots = tuple(dict.fromkeys(shot for by_shot in images.values() for shot in by_shot))
     if not shots:
         raise TooFewPointsError(
@@ -110,6 +126,10 @@ def calibrate_cameras(
     for name, by_shot in images.items():
         _check_first_shot(name, shots[0], len(by_shot.get(shots[0], ())))
     check_consistent((name, image) for name, by_shot in images.items() for image in by_shot.values())
+    check_sensor(sensor, plausibility)
+    for name, by_shot in images.items():
+        named = ((f"camera {name}, shot {shot}", image) for shot, image in by_shot.items())
+        check_image_points(named, sensor, plausibility)
     block = resected_block(
         [[by_shot.get(shot) for shot in shots] for by_shot in images.values()],
         [sensor] * len(images),
@@ -119,7 +139,13 @@ def calibrate_cameras(
     )
     adjustment, blunders = adjust_without_blunders(block, parameters.blunders)
     cameras = dict(zip(images, adjustment.block.cameras, strict=True))
-    flags = calibration_flags(adjustment, blunders, tuple(images), shots)
+    names = tuple(images)
+    check_cameras([f"camera {name}" for name in names], adjustment, plausibility, is_rig=False)
+    flags = (
+        *calibration_flags(adjustment, blunders, names, shots),
+        *aspect_doubts(adjustment, names, plausibility),
+        *principal_point_doubts(adjustment, names, plausibility),
+    )
     return CalibratedCameras(
         cameras, shots, adjustment, blunders, _pair_accuracy(cameras, shots, adjustment), flags
     )
@@ -131,6 +157,7 @@ def resected_block(
     camera_labels: Sequence[str],
     shot_names: Sequence[str],
     parameters: SolveParameters,
+    progress: Progress = silent,
 ) -> Block:
     """Return the block of cameras that were each solved alone: the initial values of their common adjustment.
 
@@ -146,6 +173,8 @@ def resected_block(
         Names of the shots.
     parameters
         How to solve.
+    progress
+        Called at the start of each camera.
 
     Returns
     -------
@@ -164,10 +193,10 @@ def resected_block(
         [image if image is not None and len(image) >= MIN_POSE_POINTS else None for image in by_shot]
         for by_shot in images
     ]
-    resections = [
-        resect(by_shot, sensor, parameters, label)
-        for by_shot, sensor, label in zip(usable, sensors, camera_labels, strict=True)
-    ]
+    resections: list[Resection] = []
+    for by_shot, sensor, label in zip(usable, sensors, camera_labels, strict=True):
+        progress(f"solve {label}", len(resections) / len(usable))
+        resections.append(resect(by_shot, sensor, parameters, label))
     placements = []
     for s, shot in enumerate(shot_names):
         placement = next((r.placements[s] for r in resections if s in r.placements), None)

@@ -93,3 +93,21 @@ class IdentificationError(CalibrationError):
     """The targets of an image fit no part of the control field, or several parts equally well."""
 
     code = "targets-not-identified"
+
+
+class PixelSizeError(CalibrationError):
+    """The pixel size is in another unit, or its aspect is not that of the image points."""
+
+    code = "implausible-pixel-size"
+
+
+class ImplausibleCalibrationError(CalibrationError):
+    """The adjusted cameras cannot be those of a stereo rig, or the fit determines nothing."""
+
+    code = "implausible-calibration"
+
+
+class ShotsDisagreeError(CalibrationError):
+    """Several shots do not agree with one pair of cameras: images of another order, side or moment."""
+
+    code = "shots-disagree"

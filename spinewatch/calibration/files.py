@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from spinewatch.arrays import Pixels
+from spinewatch.calibration.boards import board_field, is_board
 from spinewatch.calibration.control_field import ControlField, built_in_field
 from spinewatch.calibration.from_images import CalibrationParameters, CalibrationResult, calibrate_from_images
 from spinewatch.calibration.point_tables import parse_control_field
@@ -111,7 +112,9 @@ def load_control_field(name: str, points_csv: str | None = None) -> ControlField
     >>> len(load_control_field("pegboard-1995"))
     30
     """
-    return built_in_field(name) if points_csv is None else parse_control_field(points_csv, name)
+    if points_csv is not None:
+        return parse_control_field(points_csv, name)
+    return board_field(name) if is_board(name) else built_in_field(name)
 
 
 def solve_parameters(

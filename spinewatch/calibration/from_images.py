@@ -9,12 +9,16 @@ from dataclasses import field as default
 import numpy as np
 
 from spinewatch.arrays import Float, Pixels
+from spinewatch.calibration.boards import BoardField
+from spinewatch.calibration.checked import calibrate_checked, doubt_flags
 from spinewatch.calibration.control_field import ControlField
 from spinewatch.calibration.errors import CalibrationError, ControlFieldError, PlanarFieldError
 from spinewatch.calibration.marks.assignment import MarkIdentificationParameters
+from spinewatch.calibration.marks.board_corners import BoardCornerParameters, find_corners, upright_shots
 from spinewatch.calibration.marks.detection import TargetParameters, Targets, find_targets
 from spinewatch.calibration.marks.eccentricity import eccentricity_px
 from spinewatch.calibration.marks.identification import identify_targets
+from spinewatch.calibration.plausibility import PlausibilityParameters, check_sensor, repeated_shots
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot, flatness
 from spinewatch.calibration.quality.accuracy import (
     ShotAccuracy,
@@ -26,12 +30,13 @@ from spinewatch.calibration.quality.leave_one_out import leave_one_out
 from spinewatch.calibration.quality.rig_samples import sample_rigs
 from spinewatch.calibration.quality.stereo_geometry import StereoGeometry, stereo_geometry
 from spinewatch.calibration.solve.parameters import SolveParameters
-from spinewatch.calibration.stereo import StereoCalibration, calibrate_stereo, readjust
+from spinewatch.calibration.stereo import StereoCalibration, readjust
 from spinewatch.camera import Camera
 from spinewatch.errors import ImageSizeError, SameImageError
+from spinewatch.flags import Flag
 from spinewatch.geometry.transforms import RigidTransform, fit_rigid
 from spinewatch.imaging.frame import SIDES
-from spinewatch.progress import Progress, silent
+from spinewatch.progress import Progress, part, silent
 
 
 @dataclass(frozen=True)
@@ -50,10 +55,14 @@ class CalibrationParameters:
         Largest control field that is identified in images.
     targets
         Detection of the targets.
+    corners
+        Detection of the corners of chessboards and ChArUco boards.
     identification
         Identification of the targets.
     solve
         Solution of the cameras.
+    plausibility
+        Limits of a plausible calibration.
     """
 
     pixel_size_mm: tuple[float, float] | None = None
@@ -61,8 +70,10 @@ class CalibrationParameters:
     n_rig_samples: int = 50
     max_field_points: int = 500
     targets: TargetParameters = default(default_factory=TargetParameters)
+    corners: BoardCornerParameters = default(default_factory=BoardCornerParameters)
     identification: MarkIdentificationParameters = default(default_factory=MarkIdentificationParameters)
     solve: SolveParameters = default(default_factory=SolveParameters)
+    plausibility: PlausibilityParameters = default(default_factory=PlausibilityParameters)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,10 +106,10 @@ class CalibrationResult:
 
 @dataclass(frozen=True, eq=False)
 class _MeasuredShot:
-    """Identified targets of a shot, and the mean variance (n,) of each mark, by side."""
+    """Identified targets of a shot, and the mean variance (n,) of each mark, by side; None of corners."""
 
     shot: Shot
-    variances_px2: tuple[Float, Float]
+    variances_px2: tuple[Float, Float] | None
 
 
 def calibrate_from_images(
@@ -153,19 +164,35 @@ def calibrate_from_images(
     lenses: tuple[Camera | None, Camera | None] = (None, None)
     for k, (name, pair) in enumerate(zip(names, shots, strict=True)):
         progress(f"find targets of shot {k + 1} of {len(shots)}", 0.8 * k / len(shots))
+        if isinstance(field, BoardField):
+            measured.append(_MeasuredShot(find_corners(pair, name, field, parameters.corners), None))
+            continue
         shot, lenses = _measure(name, pair, field, sensors, lenses, parameters)
         measured.append(shot)
+    if isinstance(field, BoardField):
+        field, upright = upright_shots([m.shot for m in measured], field)
+        measured = [_MeasuredShot(shot, None) for shot in upright]
     progress("adjust", 0.8)
-    adjusted, held_out = measured[: len(measured) - verify], measured[len(measured) - verify :]
-    calibration = calibrate_stereo([m.shot for m in adjusted], sensors, parameters.solve, rig_name)
+    kept, repeated = _without_repeated([m.shot for m in measured], parameters)
+    adjusted = [measured[k] for k in kept if k < len(measured) - verify]
+    held_out = [measured[k] for k in kept if k >= len(measured) - verify]
+    calibration = calibrate_checked(
+        [m.shot for m in adjusted],
+        sensors,
+        parameters.solve,
+        parameters.plausibility,
+        rig_name,
+        part(progress, 0.8, 0.9),
+    )
     corrected = [
         _without_eccentricity(m, calibration, placement)
         for m, placement in zip(adjusted, calibration.placements, strict=True)
     ]
-    calibration = readjust(calibration, corrected, parameters.solve)
+    if not isinstance(field, BoardField):
+        calibration = readjust(calibration, corrected, parameters.solve)
     progress("assess", 0.9)
     fresh = [_without_eccentricity(m, calibration, _placement(m.shot, calibration)) for m in held_out]
-    result = _assessed(calibration, field, fresh, parameters)
+    result = _assessed(calibration, field, fresh, parameters, repeated)
     progress("done", 1.0)
     return result
 
@@ -175,6 +202,7 @@ def calibrate_from_points(
     field: ControlField,
     sensors: tuple[Sensor, Sensor],
     parameters: CalibrationParameters | None = None,
+    progress: Progress = silent,
     *,
     verify: int = 0,
     rig_name: str = "rig",
@@ -191,6 +219,8 @@ def calibrate_from_points(
         Sensors of the left and the right camera.
     parameters
         Parameters of the solution and of the depth of field.
+    progress
+        Called at the start of each step.
     verify
         Number of trailing shots held out for verification.
     rig_name
@@ -208,8 +238,32 @@ def calibrate_from_points(
     """
     parameters = parameters or CalibrationParameters()
     n_adjusted = len(shots) - verify
-    calibration = calibrate_stereo(shots[:n_adjusted], sensors, parameters.solve, rig_name)
-    return _assessed(calibration, field, shots[n_adjusted:], parameters)
+    kept, repeated = _without_repeated(shots, parameters)
+    adjusted = [shots[k] for k in kept if k < n_adjusted]
+    held_out = [shots[k] for k in kept if k >= n_adjusted]
+    calibration = calibrate_checked(
+        adjusted, sensors, parameters.solve, parameters.plausibility, rig_name, part(progress, 0.0, 0.9)
+    )
+    progress("assess", 0.9)
+    result = _assessed(calibration, field, held_out, parameters, repeated)
+    progress("done", 1.0)
+    return result
+
+
+def _without_repeated(
+    shots: Sequence[Shot], parameters: CalibrationParameters
+) -> tuple[list[int], tuple[Flag, ...]]:
+    """Return the indices of the shots that count, and a flag for each that repeats an earlier one."""
+    repeated = repeated_shots(shots, parameters.plausibility)
+    flags = tuple(
+        Flag(
+            "shot-repeated",
+            f"shot {shots[k].name} shows the board where shot {shots[first].name} shows it (image points differ by"
+            f" {rms_px:.3f} px RMS); it counts once, and verifies nothing",
+        )
+        for k, (first, rms_px) in repeated.items()
+    )
+    return [k for k in range(len(shots)) if k not in repeated], flags
 
 
 def _assessed(
@@ -217,8 +271,11 @@ def _assessed(
     field: ControlField,
     held_out: Sequence[Shot],
     parameters: CalibrationParameters,
+    repeated: tuple[Flag, ...],
 ) -> CalibrationResult:
-    """Return a calibration with its geometry and accuracy."""
+    """Return a calibration with its flags, geometry and accuracy."""
+    doubts = doubt_flags(calibration, parameters.plausibility)
+    calibration = replace(calibration, flags=(*calibration.flags, *repeated, *doubts))
     adjustment, cleaned = calibration.adjustment, calibration.without_blunders()
     rng = np.random.default_rng(0)  # the same standard deviations for the same images
     determined = np.all(np.isfinite(adjustment.covariance))
@@ -259,7 +316,7 @@ def _check_field(field: ControlField, n_adjusted: int, parameters: CalibrationPa
     if n_adjusted < 2 and flatness(field.points_mm) < parameters.solve.dlt.min_flatness:
         raise PlanarFieldError(
             f"the points of control field {field.name!r} lie in one plane: one shot of it cannot separate focal length"
-            " and range; use pegs of different heights, or give several shots, tilted differently"
+            " and range; use pegs of different heights, or give several shots, tilted differently by 15 to 45 degrees"
         )
 
 
@@ -270,7 +327,9 @@ def _sensors(pair: tuple[Pixels, Pixels], parameters: CalibrationParameters) -> 
             return Sensor.of_cart(size)
         return Sensor(size, parameters.pixel_size_mm)
 
-    return sensor(pair[0]), sensor(pair[1])
+    left, right = sensor(pair[0]), sensor(pair[1])
+    check_sensor(left, parameters.plausibility)
+    return left, right
 
 
 def _measure(
@@ -310,8 +369,10 @@ def _placement(shot: Shot, calibration: StereoCalibration) -> RigidTransform:
 def _without_eccentricity(
     measured: _MeasuredShot, calibration: StereoCalibration, placement: RigidTransform
 ) -> Shot:
-    """Return the shot with the eccentricity of its marks subtracted."""
+    """Return the shot with the eccentricity of its marks subtracted; corners have none."""
     rig, shot = calibration.rig, measured.shot
+    if measured.variances_px2 is None:
+        return shot
     left, right = (
         replace(image, pixels=image.pixels - eccentricity_px(camera, placement, image.control_mm, variances))
         for image, camera, variances in zip(

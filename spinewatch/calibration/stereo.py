@@ -22,6 +22,7 @@ from spinewatch.errors import SameImageError
 from spinewatch.flags import Flag
 from spinewatch.geometry.transforms import RigidTransform
 from spinewatch.imaging.frame import SIDES
+from spinewatch.progress import Progress, part, silent
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +93,7 @@ def calibrate_stereo(
     sensors: tuple[Sensor, Sensor],
     parameters: SolveParameters | None = None,
     name: str = "rig",
+    progress: Progress = silent,
 ) -> StereoCalibration:
     """Return the rig that took shots of one control field.
 
@@ -105,6 +107,8 @@ def calibrate_stereo(
         How to solve.
     name
         Name of the rig.
+    progress
+        Called at the start of each step.
 
     Returns
     -------
@@ -144,7 +148,9 @@ def calibrate_stereo(
         [f"the {side} camera" for side in SIDES],
         [shot.name for shot in shots],
         parameters,
+        part(progress, 0.0, 0.7),
     )
+    progress("adjust both cameras", 0.7)
     if parameters.check_orientation:
         _check_orientation(block.cameras, shots[0])
     return _adjusted(block, shots, parameters, name)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from spinewatch.camera import Camera, Rig
 from spinewatch.detection.candidates.search import (
     CandidateSearch,
@@ -24,7 +26,11 @@ from spinewatch.detection.refinement.lamp import expected_lamp
 from spinewatch.detection.refinement.network_file import default_networks
 from spinewatch.detection.refinement.networks import BallNetworks
 from spinewatch.errors import ImageSizeError, ParameterError
+from spinewatch.flags import Flag
+from spinewatch.imaging.exposure import Exposure
 from spinewatch.imaging.frame import SIDES, Frame
+from spinewatch.imaging.quality import exposure_flags
+from spinewatch.imaging.sharpness import edge_widths_px
 from spinewatch.parallel import both
 
 
@@ -88,8 +94,55 @@ class BallDetector:
             return found, propose(view, frame, found.features, self.networks, self.centres)
 
         (left_found, left_proposals), (right_found, right_proposals) = both(propose_in, 0, 1, pool)
-        left_features, right_features = refine((left_proposals, right_proposals), self.centres, pool)
-        return replace(left_found, features=left_features), replace(right_found, features=right_features)
+        refined = refine((left_proposals, right_proposals), self.centres, pool)
+        exposure = exposure_flags(left.gray(), right.gray(), self.searches[0].parameters.quality)
+        detections = [
+            self._assessed(number, frames[number], replace(found, features=features), flags)
+            for number, (found, features, flags) in enumerate(
+                zip((left_found, right_found), refined, exposure, strict=True)
+            )
+        ]
+        return detections[0], detections[1]
+
+    def _assessed(self, number: int, frame: Frame, found: Detection, flags: tuple[Flag, ...]) -> Detection:
+        """Return a detection with the flags of its image, its deviations enlarged as the image's quality requires."""
+        features, quality = found.features, found.quality
+        factor = np.full(2, quality.sd_factor)
+        sharpness, ball_px = self.searches[number].parameters.sharpness, self.views[number].ball_px
+        widths = edge_widths_px(frame.pixels, features.xy_px, ball_px, sharpness)
+        if widths is not None:
+            limits = np.maximum(sharpness.max_width_px, sharpness.max_width * np.array(ball_px))
+            relative = np.array(widths) / limits
+            if relative.max() > 1:
+                factor *= np.maximum(relative, 1) ** sharpness.sd_exponent
+                detail = (
+                    f"edges at the balls are {widths[0]:.1f} px wide along u and {widths[1]:.1f} px along v (at most"
+                    f" {limits[0]:.1f} and {limits[1]:.1f} px); focus the"
+                    " camera, expose for a shorter time"
+                )
+                flags = (*flags, Flag("image-blurred", detail))
+        if self._is_negative(number, frame, found):
+            detail = "balls are found in the negative of the image only; export the image with black as zero"
+            flags = (*flags, Flag("image-negative", detail))
+        if np.any(factor != 1) or any(quality.extra_sd_px):
+            covariance = features.covariance_px2 * np.outer(factor, factor) + np.diag(
+                np.square(quality.extra_sd_px)
+            )
+            features = replace(features, covariance_px2=covariance)
+        return replace(found, features=features, flags=(*found.flags, *flags))
+
+    def _is_negative(self, number: int, frame: Frame, found: Detection) -> bool:
+        """Return whether the negative of an image has balls and the image has none."""
+        p = self.searches[number].parameters.quality
+        balls = int((found.features.score > p.min_ball_score).sum())
+        if balls >= p.min_balls or found.exposure is Exposure.BLANK:
+            return False
+        negative = replace(frame, pixels=frame.pixels.max() - frame.pixels)
+        candidates = self.searches[number].detect(negative).features
+        proposals = propose(self.views[number], negative, candidates, self.networks, self.centres)
+        features, _ = refine((proposals, proposals), self.centres)
+        count = int((features.score > p.min_ball_score).sum())
+        return count >= max(p.min_balls, p.min_negative_ratio * balls)
 
 
 def prepare_detector(

@@ -1,17 +1,28 @@
 """Decoding of image files to gray levels.
 
 Pillow decodes all four formats: OpenCV 4.14 reads 8-bit gray Sun rasters without a colour map as black, rotates TIFFs
-by their orientation tag even with the flag that forbids it, and prints its own messages on stderr.
+by their orientation tag even with the flag that forbids it, and prints its own messages on stderr. Pillow's own defects
+are worked around: it reduces colour of 16 bits to 8, keeps white as zero in TIFFs of 16 bits, shears Sun rasters with
+run lengths at odd widths and hides that a JPEG is damaged.
 """
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 from PIL import Image
 
 from spinewatch.arrays import Pixels
 from spinewatch.errors import ImageError
 from spinewatch.imaging.header import open_image, orientation
+from spinewatch.imaging.jpeg_stream import is_stream_complete
+from spinewatch.imaging.sun_raster import decode_padded_runs, has_padded_runs
+
+_PHOTOMETRIC_TAG, _WHITE_IS_ZERO = 262, 0
+_BITS_TAG = 258
+_PNG_DEPTH_BYTE = 24
+_DAMAGED = "the image is damaged or incomplete; copy it again"
+_LUMA_BGR = (0.114, 0.587, 0.299)
 
 _UNDO_ORIENTATION = {
     2: Image.Transpose.FLIP_LEFT_RIGHT,
@@ -28,7 +39,7 @@ def decode_image(data: bytes) -> Pixels:
     """Return the gray levels of an image file as stored.
 
     Rows and columns are those of the sensor: an orientation tag is ignored, because a calibration holds for the frame
-    as it was read out. Colour is converted to luma (ITU-R BT.601) with its upper 8 bits; transparency is ignored.
+    as it was read out. Colour is converted to luma (ITU-R BT.601); transparency is ignored.
 
     Parameters
     ----------
@@ -38,12 +49,12 @@ def decode_image(data: bytes) -> Pixels:
     Returns
     -------
     Pixels
-        Gray levels, shape (H, W); uint16 for 16-bit gray, else uint8.
+        Gray levels, shape (H, W); uint16 for samples of 16 bits, else uint8.
 
     Raises
     ------
     ImageError
-        As `inspect_image`, and for a truncated or damaged file.
+        As `inspect_image`, and for a truncated or damaged file. Damage of a JPEG is found by `is_stream_complete`.
 
     Examples
     --------
@@ -58,10 +69,20 @@ def decode_image(data: bytes) -> Pixels:
         undo = _UNDO_ORIENTATION.get(orientation(image))
         try:
             image.load()
+            if image.format == "SUN" and has_padded_runs(data):
+                return decode_padded_runs(data)
+            if undo is None and _is_deep_colour(image, data):
+                return _deep_luma(data)
             stored = image if undo is None else image.transpose(undo)
-            return _gray(stored)
+            gray = _gray(stored)
+            if _is_white_zero(image):
+                gray = ((1 << image.tag_v2[_BITS_TAG][0]) - 1 - gray).astype(np.uint16)  # type: ignore[attr-defined]
+            complete = image.format != "JPEG" or is_stream_complete(data)
         except Exception as error:  # decoders of hostile bytes raise exceptions of any class
-            raise ImageError("the image is damaged or incomplete; copy it again") from error
+            raise ImageError(_DAMAGED) from error
+    if not complete:
+        raise ImageError(f"{_DAMAGED} (its compressed data do not end where the image ends)")
+    return gray
 
 
 def _gray(image: Image.Image) -> Pixels:
@@ -71,3 +92,27 @@ def _gray(image: Image.Image) -> Pixels:
     if image.mode in ("P", "PA"):
         image = image.convert("RGBA")
     return np.array(image.convert("L"))
+
+
+def _is_white_zero(image: Image.Image) -> bool:
+    """Return whether an image is a TIFF of 16 bits with white as zero; Pillow inverts those of 8 bits itself."""
+    tags = getattr(image, "tag_v2", {}) if image.format == "TIFF" else {}
+    return image.mode.startswith("I;16") and tags.get(_PHOTOMETRIC_TAG) == _WHITE_IS_ZERO
+
+
+def _is_deep_colour(image: Image.Image, data: bytes) -> bool:
+    """Return whether an image has colour with 16 bits per sample."""
+    if image.mode not in ("RGB", "RGBA"):
+        return False
+    if image.format == "TIFF":
+        return 16 in getattr(image, "tag_v2", {}).get(_BITS_TAG, ())
+    return image.format == "PNG" and data[_PNG_DEPTH_BYTE] == 16
+
+
+def _deep_luma(data: bytes) -> Pixels:
+    """Return the luma (H, W), uint16, of an image with colour of 16 bits."""
+    bgr = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    if bgr is None or bgr.dtype != np.uint16 or bgr.ndim != 3:
+        raise ValueError("OpenCV does not decode it")
+    luma: Pixels = np.rint(bgr[..., :3] @ np.array(_LUMA_BGR)).astype(np.uint16)
+    return luma

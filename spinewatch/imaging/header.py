@@ -22,6 +22,10 @@ _FORMATS = tuple(_MEDIA_TYPES)
 _NOT_GRAY = frozenset({"I", "F"})  # samples of 32 bits have no defined white level
 _TRANSPOSED = frozenset({5, 6, 7, 8})
 _ORIENTATION_TAG = 274
+_SAMPLE_FORMAT_TAG = 339
+_BITS_TAG = 258
+_SIGNED = 2
+_MAX_BITS = 16
 
 
 @dataclass(frozen=True)
@@ -112,6 +116,10 @@ def open_image(data: bytes) -> Image.Image:
         raise ImageError("the file is not a PNG, TIFF, JPEG or Sun raster image, or is damaged") from error
     if several:
         raise ImageError("the file holds several images; send one image per file")
+    if _has_signed_samples(image):
+        raise ImageError(
+            "the image has signed samples, whose black level is not defined; export it without a sign"
+        )
     if image.mode in _NOT_GRAY:
         raise ImageError("the image has 32-bit samples; export it with 8 or 16 bits")
     if image.width * image.height > MAX_PIXELS:
@@ -134,6 +142,13 @@ def orientation(image: Image.Image) -> int:
     """
     tags = getattr(image, "tag_v2", {}) if image.format == "TIFF" else {}
     return int(tags.get(_ORIENTATION_TAG, 1))
+
+
+def _has_signed_samples(image: Image.Image) -> bool:
+    """Return whether an image is a TIFF with signed samples of up to 16 bits."""
+    tags = getattr(image, "tag_v2", {}) if image.format == "TIFF" else {}
+    formats, bits = tags.get(_SAMPLE_FORMAT_TAG, ()), tags.get(_BITS_TAG, (1,))
+    return _SIGNED in formats and max(bits) <= _MAX_BITS
 
 
 def _too_large() -> str:

@@ -8,13 +8,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from spinewatch.arrays import Single
+from spinewatch.arrays import Int, Single
 from spinewatch.errors import ImageError
 
 FULL_SCALE = 255.0
 """Gray level of white."""
 
 _BIT_DEPTHS = (8, 10, 12, 14, 16)
+_MIN_EXCESS_BITS = 4
+_MAX_DEFECT_SHARE = 1e-4
 _PATCH_OFFSET = np.float32(4.0)
 """Part of the networks' definition: their weights were fitted to logarithms with this offset."""
 
@@ -23,6 +25,7 @@ def to_gray(image: NDArray[Any]) -> Single:
     """Return an image as gray levels of 0..255.
 
     Files of 16 bits often hold 10, 12 or 14 bits: full scale is the smallest of these depths that holds the maximum.
+    The defects of `defective_pixels` do not count and become white.
 
     Parameters
     ----------
@@ -51,10 +54,61 @@ def to_gray(image: NDArray[Any]) -> Single:
     if image.dtype == np.uint8:
         return image.astype(np.float32)
     if image.dtype == np.uint16:
-        largest = int(image.max())
-        full = next(2**bits - 1 for bits in _BIT_DEPTHS if largest < 2**bits)
+        full = _full_scale(int(image.max()))
+        defects = defective_pixels(image)
+        if len(defects):
+            u, v = defects.T
+            image = image.copy()
+            image[v, u] = 0
+            full = _full_scale(int(image.max()))
+            image[v, u] = full
         return image.astype(np.float32) * np.float32(FULL_SCALE / full)
     raise ImageError(f"an image must have 8 or 16 bits per pixel, not {image.dtype}; export it again")
+
+
+def _full_scale(largest: int) -> int:
+    """Return the white level of the smallest bit depth that holds a level."""
+    return min((1 << bits) - 1 for bits in _BIT_DEPTHS if largest < 1 << bits)
+
+
+def defective_pixels(image: NDArray[Any]) -> Int:
+    """Return lone pixels whose level needs a bit depth that no other pixel uses.
+
+    One hot pixel at 65535 among levels of 12 bits would make the rest of the image dark.
+
+    Parameters
+    ----------
+    image
+        Raw gray levels, shape (H, W), 8 or 16 bits.
+
+    Returns
+    -------
+    Int
+        Positions (u, v) of pixels above a depth of 4 bits less, which holds all others, shape (n, 2), px; none when
+        they touch each other, as the pixels of a highlight do, and none in images of 8 bits, where a defect looks like
+        a highlight.
+
+    Examples
+    --------
+    >>> image = np.full((200, 200), 4000, np.uint16)
+    >>> image[40, 60] = 65535
+    >>> defective_pixels(image)
+    array([[60, 40]])
+    """
+    none = np.empty((0, 2), dtype=np.intp)
+    if image.dtype != np.uint16:
+        return none
+    level = _full_scale(int(image.max())) >> _MIN_EXCESS_BITS
+    if level < FULL_SCALE:
+        return none
+    above = (image > level).astype(np.uint8)
+    count = cv2.countNonZero(above)
+    if not 0 < count <= max(1.0, _MAX_DEFECT_SHARE * image.size):
+        return none
+    neighbours = cv2.boxFilter(above, cv2.CV_16U, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
+    if int(neighbours[above > 0].max()) > 1:
+        return none
+    return np.argwhere(above)[:, ::-1]
 
 
 def log_tone(gray: Single, offset: float, blur_px: float) -> Single:

@@ -1,22 +1,24 @@
-"""Check of the rig: whether ball images still satisfy the epipolar geometry of the calibration.
+"""Check of the rig: whether ball images still satisfy the calibration.
 
 If a camera has moved, the right image of a ball is no longer on the epipolar line of the left one. Only the distance
 from that line is observable: rotations and shifts that move images along the lines are equivalent to other depths,
 above all a rotation about the vertical of the image and a shift along the base. Their estimates keep the standard
-deviation of the prior.
+deviation of the prior. They change the scale of the markers (`spinewatch.matching.marker_scale`), which is tested too.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.stats import chi2
 
-from spinewatch.arrays import Float
+from spinewatch.arrays import Float, Int
 from spinewatch.camera import Camera, Rig
 from spinewatch.detection.features import Features
 from spinewatch.geometry.rays import Rays
+from spinewatch.matching.marker_scale import MarkerScale, MarkerScaleParameters
+from spinewatch.matching.scale_measurement import MarkerBalls, measure_scale
 
 _STEP = 1e-4
 """Step of the numerical derivatives, radians and mm."""
@@ -35,8 +37,9 @@ class RigCheckParameters:
     Attributes
     ----------
     tolerance_mrad
-        Standard deviation of the relative direction of the cameras without drift, mrad: errors of the calibration, and
-        errors of the detector that all balls share.
+        Standard deviation of the relative direction of the cameras without drift, mrad: errors of the calibration.
+    common_sd_mrad
+        Standard deviation per axis of the pointing error that the balls of a marker share in an image, mrad.
     max_p_value
         P-value below which a rig is flagged as drifted: probability to flag one that has not.
     bump_sd_deg
@@ -45,19 +48,28 @@ class RigCheckParameters:
         Prior standard deviation per axis of its shift, mm.
     covariance_dof
         Weight of the stated covariances of the features against the observed residuals, in degrees of freedom.
+    min_information
+        Smallest information of the residuals about a direction of motion, relative to the prior, with which the
+        direction is tested.
     min_balls
         Smallest number of balls for a check.
     refine
-        Whether the search is repeated with the relative orientation corrected when the rig has drifted.
+        Whether the search is repeated with the relative orientation corrected when the rig has drifted across the
+        epipolar lines.
+    marker_scale
+        Check of the scale of the markers.
     """
 
-    tolerance_mrad: float = 0.035
+    tolerance_mrad: float = 0.08
+    common_sd_mrad: float = 0.12
     max_p_value: float = 1e-3
     bump_sd_deg: float = 0.1
     bump_sd_mm: float = 0.5
     covariance_dof: int = 20
+    min_information: float = 1.0
     min_balls: int = 6
     refine: bool = False
+    marker_scale: MarkerScaleParameters = field(default_factory=MarkerScaleParameters)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +88,7 @@ class RigCheck:
         Its degrees of freedom.
     p_value
         Probability of this or a larger chi-square without drift.
-    drifted
+    off_epipolar
         Whether the p-value is below the limit.
     rotation_deg
         Estimated rotation vector of the right camera relative to the left one, shape (3,), axes of the right camera,
@@ -87,6 +99,8 @@ class RigCheck:
         Estimated shift of the right camera, shape (3,), its own axes, mm.
     shift_sd_mm
         Its standard deviations, shape (3,), mm.
+    marker_scale
+        Scale of the markers; None for too few known distances.
     """
 
     balls: int
@@ -94,15 +108,30 @@ class RigCheck:
     chi2: float
     dof: int
     p_value: float
-    drifted: bool
+    off_epipolar: bool
     rotation_deg: Float
     rotation_sd_deg: Float
     shift_mm: Float
     shift_sd_mm: Float
+    marker_scale: MarkerScale | None = None
+
+    @property
+    def drifted(self) -> bool:
+        """Whether the balls are off their epipolar lines or the markers are not measured in their size."""
+        return self.off_epipolar or (self.marker_scale is not None and self.marker_scale.drifted)
 
     @property
     def message(self) -> str:
         """Description of a drift, with its estimate."""
+        scale = (
+            self.marker_scale.message if self.marker_scale is not None and self.marker_scale.drifted else None
+        )
+        parts = [self._epipolar_message] if self.off_epipolar or scale is None else []
+        return "; ".join([*parts, *([scale] if scale else []), "calibrate again"])
+
+    @property
+    def _epipolar_message(self) -> str:
+        """Description of a drift across the epipolar lines."""
         rotation, shift = (
             ", ".join(f"{value:.{digits}f} ± {sd:.{digits}f}" for value, sd in zip(values, sds, strict=True))
             for values, sds, digits in (
@@ -112,14 +141,18 @@ class RigCheck:
         )
         return (
             f"the images of {self.balls} balls are {self.rms_px:.2f} px (RMS) off their epipolar lines; a camera has"
-            f" moved: if it was the right one, by about ({rotation}) degrees and ({shift}) mm; calibrate again"
+            f" moved: if it was the right one, by about ({rotation}) degrees and ({shift}) mm"
         )
 
 
 def check_rig(
-    rig: Rig, left: Features, right: Features, parameters: RigCheckParameters | None = None
+    rig: Rig,
+    left: Features,
+    right: Features,
+    parameters: RigCheckParameters | None = None,
+    markers: MarkerBalls | None = None,
 ) -> RigCheck | None:
-    """Return whether ball images satisfy the epipolar geometry of the rig.
+    """Return whether ball images satisfy the calibration of the rig.
 
     The residuals, whitened by the covariances of the features, are explained by a motion of the right camera with a
     normal prior. Those that no motion explains scale all deviations, so that large errors of the features are not
@@ -133,6 +166,9 @@ def check_rig(
         Images of the balls: the i-th features belong to the same ball.
     parameters
         Limits and prior knowledge; the default ones if None.
+    markers
+        Markers of the balls; None if they are not known: then every ball has its own pointing error, and the scale is
+        not checked.
 
     Returns
     -------
@@ -159,34 +195,42 @@ def check_rig(
     if len(left) < p.min_balls:
         return None
     rays = left.rays(rig.left), right.rays(rig.right)
-    error, sd, px = _coplanarity(rig.left, rig.right, *rays)
-    residual, J = error / sd, np.empty((len(error), 6))
+    marker = np.arange(len(left)) if markers is None else markers.marker
+    error, px = _coplanarity(rig.left, rig.right, *rays)
+    whitening = np.linalg.inv(
+        np.linalg.cholesky(_covariance(rig.left, rig.right, *rays, marker, p.common_sd_mrad))
+    )
+    residual, J = whitening @ error, np.empty((len(error), 6))
     for k, motion in enumerate(np.eye(6) * _STEP):
-        moved, _, _ = _coplanarity(rig.left, rig.right.moved(motion[:3], motion[3:]), *rays)
-        J[:, k] = (moved - error) / sd / _STEP
+        moved, _ = _coplanarity(rig.left, rig.right.moved(motion[:3], motion[3:]), *rays)
+        J[:, k] = whitening @ (moved - error) / _STEP
     unit = np.repeat([np.radians(p.bump_sd_deg), p.bump_sd_mm], 3)
     N, b = (J * unit).T @ (J * unit), -(J * unit).T @ residual
     explained = b @ np.linalg.pinv(N, hermitian=True, rcond=_RANK_TOLERANCE) @ b
-    variance_factor = float(
-        (p.covariance_dof + residual @ residual - explained)
-        / (p.covariance_dof + len(residual) - _RELATIVE_ORIENTATION_DOF)
-    )
+    unexplained = float(p.covariance_dof + residual @ residual - explained)
+    unexplained_dof = p.covariance_dof + len(residual) - _RELATIVE_ORIENTATION_DOF
+    variance_factor = unexplained / unexplained_dof
     N, b = N / variance_factor, b / variance_factor
-    chi_square, dof = _chi_square(N, b, (p.tolerance_mrad / 1000 / unit[0]) ** 2)
+    chi_square, dof = _chi_square(N, b, (p.tolerance_mrad / 1000 / unit[0]) ** 2, p.min_information)
     S = np.linalg.inv(N + np.eye(6))
     motion, motion_sd = S @ b * unit, np.sqrt(np.diag(S)) * unit
-    p_value = float(chi2.sf(chi_square, dof))
+    p_value = float(chi2.sf(chi_square, dof)) if dof else 1.0
+    scale = None
+    if markers is not None:
+        spread = (unexplained, unexplained_dof)
+        scale = measure_scale(rig, left, right, markers, p.marker_scale, spread)
     return RigCheck(
         balls=len(left),
         rms_px=float(np.sqrt(np.mean(px**2))),
         chi2=chi_square,
         dof=dof,
         p_value=p_value,
-        drifted=p_value < p.max_p_value,
+        off_epipolar=p_value < p.max_p_value,
         rotation_deg=np.degrees(motion[:3]),
         rotation_sd_deg=np.degrees(motion_sd[:3]),
         shift_mm=motion[3:],
         shift_sd_mm=motion_sd[3:],
+        marker_scale=scale,
     )
 
 
@@ -212,25 +256,36 @@ def refined_rig(rig: Rig, check: RigCheck) -> Rig:
     )
 
 
-def _chi_square(N: Float, b: Float, tolerance: float) -> tuple[float, int]:
+def _chi_square(N: Float, b: Float, tolerance: float, min_information: float) -> tuple[float, int]:
     """Return the chi-square of b and its degrees of freedom, for motions of the variance ``tolerance``."""
     values, vectors = np.linalg.eigh(N)
-    determined = values > _RANK_TOLERANCE * values[-1]
+    determined = values > max(_RANK_TOLERANCE * values[-1], min_information)
     along, information = vectors[:, determined].T @ b, values[determined]
     return float((along**2 / (information + tolerance * information**2)).sum()), int(determined.sum())
 
 
-def _coplanarity(
-    left: Camera, right: Camera, rays_left: Rays, rays_right: Rays
-) -> tuple[Float, Float, Float]:
-    """Return coplanarity errors (n,), their standard deviations, and the errors as pixels in the right image."""
+def _coplanarity(left: Camera, right: Camera, rays_left: Rays, rays_right: Rays) -> tuple[Float, Float]:
+    """Return coplanarity errors (n,), and the same as pixels in the right image."""
     base = right.centre - left.centre
     vectors = right.pinhole.rays(rays_right.ideal_mm)
     normal = np.cross(base, rays_left.vectors)
     error = (normal * vectors).sum(axis=1)
-    in_right = normal @ right.M[:2].T
-    in_left = np.cross(vectors, base) @ left.M[:2].T
-    variance = np.einsum("ni,nij,nj->n", in_right, rays_right.covariance_mm2, in_right)
-    variance += np.einsum("ni,nij,nj->n", in_left, rays_left.covariance_mm2, in_left)
-    px = error / np.linalg.norm(in_right, axis=1) / right.pixel_size_mm[1]
-    return error, np.sqrt(variance), px
+    px = error / np.linalg.norm(normal @ right.M[:2].T, axis=1) / right.pixel_size_mm[1]
+    return error, px
+
+
+def _covariance(
+    left: Camera, right: Camera, rays_left: Rays, rays_right: Rays, marker: Int, common_sd_mrad: float
+) -> Float:
+    """Return the covariance (n, n) of coplanarity errors: own errors, and those that a marker shares per image."""
+    base = right.centre - left.centre
+    same = marker[:, None] == marker
+    S = np.zeros(same.shape)
+    for camera, rays, normal in (
+        (right, rays_right, np.cross(base, rays_left.vectors)),
+        (left, rays_left, np.cross(rays_right.vectors, base)),
+    ):
+        gradient = normal @ camera.M[:2].T
+        S += np.diag(np.einsum("ni,nij,nj->n", gradient, rays.covariance_mm2, gradient))
+        S += same * (gradient @ gradient.T) * (common_sd_mrad / 1000 * camera.focal_length_mm) ** 2
+    return S

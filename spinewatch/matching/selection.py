@@ -52,6 +52,9 @@ class SelectionParameters:
         Smallest volume in which chance triads are taken to be distributed, mm^3; a few points do not span it.
     max_candidates
         Number of candidates considered, the most likely first.
+    surplus_log_odds
+        Log-odds, beyond `ChainParameters.min_log_odds`, that each triad beyond the expected number must add to the
+        chain; 2.3 is 10 to 1.
     chain
         Prior knowledge of the chain of triads.
     """
@@ -63,6 +66,7 @@ class SelectionParameters:
     max_count: int = 12
     min_volume_mm3: float = 200.0**3
     max_candidates: int = 200
+    surplus_log_odds: float = 2.3
     chain: ChainParameters = field(default_factory=ChainParameters)
 
 
@@ -171,15 +175,110 @@ def select_triads(
     if not len(candidates):
         return np.empty(0, dtype=np.intp)
     max_length = parameters.max_count if expected is None else expected
-    volume = max(float(np.prod(np.ptp(points.position_mm, axis=0))), parameters.min_volume_mm3)
+    return _best_chain(candidates, points, parameters, max_length, axis)[0]
+
+
+def chain_log_odds(
+    candidates: TriadCandidates,
+    points: Points,
+    parameters: SelectionParameters,
+    *,
+    expected: int | None = None,
+    axis: SpineAxis = "auto",
+) -> tuple[int, float]:
+    """Return the length and the log-odds of the most likely chain.
+
+    Parameters
+    ----------
+    candidates
+        Candidate triads.
+    points
+        All triangulated points; their extent is the volume of chance triads.
+    parameters
+        Prior knowledge and limits.
+    expected
+        Number of triads placed, which is never exceeded; None if it is not known.
+    axis
+        Object axis along which the spine extends.
+
+    Returns
+    -------
+    length : int
+        Number of members.
+    log_odds : float
+        Log-odds of the chain, 0 for an empty one.
+    """
+    if not len(candidates):
+        return 0, 0.0
+    max_length = parameters.max_count if expected is None else expected
+    members, log_odds = _best_chain(candidates, points, parameters, max_length, axis)
+    return len(members), log_odds
+
+
+def surplus_triads(
+    candidates: TriadCandidates,
+    points: Points,
+    selected: Int,
+    parameters: SelectionParameters,
+    *,
+    axis: SpineAxis = "auto",
+) -> Int:
+    """Return the most likely chain of the selected candidates and of others beside them, whatever number is expected.
+
+    Parameters
+    ----------
+    candidates
+        Candidate triads.
+    points
+        All triangulated points; their extent is the volume of chance triads.
+    selected
+        Indices of the selected candidates, shape (k,).
+    parameters
+        Prior knowledge and limits.
+    axis
+        Object axis along which the spine extends.
+
+    Returns
+    -------
+    Int
+        Indices of the chain if it contains the selected candidates and each other member adds at least
+        `SelectionParameters.surplus_log_odds`; otherwise ``selected``.
+    """
+    if not len(selected):
+        return selected
+    beside = np.flatnonzero(~_exclusive(candidates, parameters)[selected].any(axis=0))
+    beside = np.setdiff1d(beside, selected)
+    if not len(beside):
+        return selected
+    pool = np.concatenate([selected, beside])
+    longer, log_odds = _best_chain(candidates.take(pool), points, parameters, parameters.max_count, axis)
+    _, without = _best_chain(candidates.take(selected), points, parameters, parameters.max_count, axis)
+    surplus = len(longer) - len(selected)
+    if surplus <= 0 or not np.isin(np.arange(len(selected)), longer).all():
+        return selected
+    return pool[longer] if log_odds - without >= surplus * parameters.surplus_log_odds else selected
+
+
+def _exclusive(candidates: TriadCandidates, parameters: SelectionParameters) -> Bool:
+    """Return whether two candidates share a feature or would touch, shape (c, c)."""
     gaps = np.linalg.norm(candidates.origin_mm[:, None] - candidates.origin_mm, axis=-1)
-    exclusive = share_features(candidates) | (gaps < parameters.chain.min_gap_mm)
-    chain = ChainCandidates(candidates.origin_mm, candidates.log_odds, exclusive)
+    return np.asarray(share_features(candidates) | (gaps < parameters.chain.min_gap_mm))
+
+
+def _best_chain(
+    candidates: TriadCandidates,
+    points: Points,
+    parameters: SelectionParameters,
+    max_length: int,
+    axis: SpineAxis,
+) -> tuple[Int, float]:
+    """Return the indices (k,) of the most likely chain, and its log-odds."""
+    volume = max(float(np.prod(np.ptp(points.position_mm, axis=0))), parameters.min_volume_mm3)
+    chain = ChainCandidates(candidates.origin_mm, candidates.log_odds, _exclusive(candidates, parameters))
     axes = (0, 1) if axis == "auto" else ("xy".index(axis),)
-    members, _ = max(
+    return max(
         (best_chain(chain, a, volume, max_length, parameters.chain) for a in axes), key=lambda found: found[1]
     )
-    return members
 
 
 def rate_candidates(

@@ -6,7 +6,7 @@ closed-form inverse, so one polynomial is fitted to the other over the image, an
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -17,8 +17,11 @@ from spinewatch.arrays import Float
 from spinewatch.camera import Camera
 from spinewatch.errors import RigError
 from spinewatch.geometry.rotations import angles_from_rotation
+from spinewatch.rig_plausibility import lens_problem, pixel_grid
 
 _GRID = 25
+_MAX_REPROJECTION_PX = 1e-3
+_N_COEFFICIENTS = (4, 5, 8, 12, 14)
 _FLIP = np.diag([1.0, -1.0, -1.0])
 
 
@@ -77,7 +80,7 @@ def to_opencv(camera: Camera) -> OpenCvCamera:
     f = camera.focal_length_mm
     cx, cy = camera.pixels(camera.principal_point_mm)
     K = np.array([[f / px, 0, cx], [0, f / py, cy], [0, 0, 1]])
-    pixels = _grid(camera.image_size_px)
+    pixels = pixel_grid(camera.image_size_px, _GRID)
     ideal = camera.undistort(camera.plate(pixels)) / f * (1, -1)
     r2 = (ideal**2).sum(axis=1)
     x, y = ideal.T
@@ -133,15 +136,10 @@ def from_opencv(
     Raises
     ------
     RigError
-        If K has a skew or R is not a rotation.
+        If K, R or dist, the field of the error, is not that of a camera with this image size.
     """
     matrix, R = np.asarray(K, dtype=np.float64), np.asarray(R, dtype=np.float64)
-    if matrix.shape != (3, 3) or not np.all(np.isfinite(matrix)) or min(matrix[0, 0], matrix[1, 1]) <= 0:
-        raise RigError("K", "must be a finite 3 x 3 matrix with positive focal lengths")
-    if abs(matrix[0, 1]) > 1e-6 * matrix[0, 0]:
-        raise RigError(
-            "K", "has a skew, which the collinearity camera does not model; calibrate without skew"
-        )
+    _check_matrix(matrix)
     if R.shape != (3, 3) or np.abs(R @ R.T - np.eye(3)).max() > 1e-6 or np.linalg.det(R) < 0:
         raise RigError("R", "must be a rotation matrix")
     f = matrix[0, 0] * pixel_width_mm
@@ -158,12 +156,52 @@ def from_opencv(
         (float(pixel[0]), float(pixel[1])),
     )
     x0, y0 = sensor.plate(matrix[:2, 2])
-    pixels = _grid(image_size_px)
+    principal = (float(x0), float(y0))
+    problem = lens_problem(replace(sensor, principal_point_mm=principal))
+    if problem is not None:
+        raise RigError("K", problem[1])
+    pixels = pixel_grid(image_size_px, _GRID)
+    return _fitted(sensor, principal, pixels, _ideal_rays(matrix, dist, pixels) * (f, -f))
+
+
+def _check_matrix(K: Float) -> None:
+    """Raise RigError for a camera matrix that is not one."""
+    if K.shape != (3, 3) or not np.all(np.isfinite(K)):
+        raise RigError("K", "must be a finite 3 x 3 matrix")
+    if not K[:2, 2].any() and K[2, :2].any():
+        raise RigError(
+            "K", "is transposed: its last row must be 0 0 1, and its last column the principal point"
+        )
+    if min(K[0, 0], K[1, 1]) <= 0:
+        raise RigError("K", "must have positive focal lengths")
+    if not np.array_equal(K[2], (0, 0, 1)):
+        raise RigError("K", "must have the last row 0 0 1; write f/px, f/py and the principal point in px")
+    if max(abs(K[0, 1]), abs(K[1, 0])) > 1e-6 * K[0, 0]:
+        raise RigError(
+            "K", "has a skew, which the collinearity camera does not model; calibrate without skew"
+        )
+
+
+def _ideal_rays(K: Float, dist: ArrayLike, pixels: Float) -> Float:
+    """Return the undistorted image points (n, 2) of pixels on a grid (n, 2), at a focal length of 1."""
     coefficients = np.asarray(dist, dtype=np.float64).ravel()
+    if coefficients.size not in _N_COEFFICIENTS or not np.all(np.isfinite(coefficients)):
+        raise RigError("dist", "must be 4, 5, 8, 12 or 14 finite numbers")
     end = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 200, 1e-14)
-    rays = cv2.undistortPointsIter(pixels[:, None], matrix, coefficients, np.eye(3), np.eye(3), end)
-    ideal = np.asarray(rays, dtype=np.float64)[:, 0] * (f, -f)
-    return _fitted(sensor, (float(x0), float(y0)), pixels, ideal)
+    found = cv2.undistortPointsIter(pixels[:, None], K, coefficients, np.eye(3), np.eye(3), end)
+    rays = np.asarray(found, dtype=np.float64)[:, 0]
+    points = np.column_stack([rays, np.ones(len(rays))])
+    again = cv2.projectPoints(points, np.zeros(3), np.zeros(3), K, coefficients)[0][:, 0]
+    cells = rays.reshape(_GRID, _GRID, 2)
+    right, down = cells[:-1, 1:] - cells[:-1, :-1], cells[1:, :-1] - cells[:-1, :-1]
+    ordered = right[..., 0] * down[..., 1] - right[..., 1] * down[..., 0] > 0
+    if not (np.abs(again - pixels).max() < _MAX_REPROJECTION_PX and ordered.all()):
+        raise RigError(
+            "dist",
+            "makes the distortion fold within the image, where a pixel has no ray or two; calibrate with points up to"
+            " the image border and fewer coefficients",
+        )
+    return rays
 
 
 def _fitted(
@@ -196,10 +234,3 @@ def _fitted(
     with np.errstate(all="ignore"):
         errors = fitted.pixels(fitted.distort(ideal)) - pixels
     return fitted, float(np.linalg.norm(errors, axis=1).max())
-
-
-def _grid(image_size_px: tuple[int, int]) -> Float:
-    """Return pixels (n, 2) on a regular grid over the image."""
-    width, height = image_size_px
-    u, v = np.meshgrid(np.linspace(0, width - 1, _GRID), np.linspace(0, height - 1, _GRID))
-    return np.stack([u.ravel(), v.ravel()], axis=1)

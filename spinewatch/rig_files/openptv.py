@@ -18,9 +18,13 @@ from scipy.optimize import least_squares
 from spinewatch.arrays import Float
 from spinewatch.camera import Camera
 from spinewatch.errors import RigError
+from spinewatch.geometry.rotations import rotation_from_angles
 
 _GRID = 21
 _ORI, _ADDPAR = 21, 7
+_MAX_MATRIX_DIFFERENCE = 1e-4
+_SCALES = (0.5, 2.0)
+_MIN_GLASS_MM = 1.0
 
 
 def parse_openptv(
@@ -28,7 +32,8 @@ def parse_openptv(
 ) -> tuple[Camera, float]:
     """Return the camera of an .ori and an .addpar file.
 
-    The rotation is taken from the angles, not from the matrix. The glass is ignored: refraction is not modelled.
+    The rotation is taken from the angles; the matrix must agree with them. The glass is ignored: refraction is not
+    modelled (`glass_warning`).
 
     Parameters
     ----------
@@ -51,7 +56,8 @@ def parse_openptv(
     Raises
     ------
     RigError
-        If a file has a wrong number of entries, or entries that are not finite numbers.
+        If a file has a wrong number of entries or entries that are not finite numbers, or if its angles and its matrix
+        contradict each other.
 
     References
     ----------
@@ -60,7 +66,9 @@ def parse_openptv(
     o, a = _numbers(ori, _ORI, "ori"), _numbers(addpar, _ADDPAR, "addpar")
     if o[17] <= 0:
         raise RigError("ori.cc", "must be positive")
-    omega, phi, kappa = (math.degrees(x) for x in o[3:6])
+    if not _SCALES[0] <= a[5] <= _SCALES[1]:
+        raise RigError("addpar", f"has a scale of {a[5]:g}; it is near 1 (k1 k2 k3 p1 p2 scale shear)")
+    omega, phi, kappa = _angles_deg(o[3:6], np.reshape(o[6:15], (3, 3)))
     start = Camera(
         (o[0], o[1], o[2]),
         (omega, phi, kappa),
@@ -79,6 +87,33 @@ def parse_openptv(
     ideal = np.stack([x.ravel(), y.ravel()], axis=1)
     measured = _distort(ideal, np.array(a))
     return _fitted(start, ideal - (o[15], o[16]), measured, float(corner))
+
+
+def glass_warning(ori: str) -> str | None:
+    """Return a warning about a glass wall in an .ori file, which is ignored.
+
+    Parameters
+    ----------
+    ori
+        Text of the .ori file.
+
+    Returns
+    -------
+    str or None
+        The warning; None for a camera without a glass wall.
+
+    Raises
+    ------
+    RigError
+        If the file has a wrong number of entries, or entries that are not finite numbers.
+    """
+    distance = math.hypot(*_numbers(ori, _ORI, "ori")[18:])
+    if distance <= _MIN_GLASS_MM:
+        return None
+    return (
+        f"the glass wall at {distance:.4g} mm is ignored: refraction is not modelled, and the rig is only right when"
+        " cameras and markers are in air"
+    )
 
 
 def format_openptv(camera: Camera) -> tuple[str, str, float]:
@@ -138,6 +173,27 @@ def format_openptv(camera: Camera) -> tuple[str, str, float]:
         "0.000000000000001 0.000000000000001 1.000000000000000",
     ]
     return "\n".join(rows) + "\n", " ".join(f"{c:.12g}" for c in added) + "\n", error
+
+
+def _angles_deg(angles_rad: list[float], transposed: Float) -> tuple[float, float, float]:
+    """Return (omega, phi, kappa) in degrees of the angles of a file; its matrix M^T (3, 3) must agree."""
+    omega, phi, kappa = (_within_a_turn(math.degrees(x)) for x in angles_rad)
+    difference = np.abs(rotation_from_angles(omega, phi, kappa) - transposed.T).max()
+    if difference <= _MAX_MATRIX_DIFFERENCE:
+        return omega, phi, kappa
+    as_degrees = np.abs(rotation_from_angles(*angles_rad) - transposed.T).max()
+    if as_degrees <= _MAX_MATRIX_DIFFERENCE:
+        raise RigError("ori", "has its angles in degrees, as its matrix shows; OpenPTV has radians")
+    raise RigError(
+        "ori",
+        f"has angles that contradict its rotation matrix by up to {difference:.2g} in an entry; correct one of them:"
+        " omega phi kappa in radians, and the transposed matrix",
+    )
+
+
+def _within_a_turn(degrees: float) -> float:
+    """Return an angle without whole turns when it is beyond 360 degrees."""
+    return degrees if abs(degrees) <= 360 else math.remainder(degrees, 360)
 
 
 def _fitted(start: Camera, ideal: Float, measured: Float, corner: float) -> tuple[Camera, float]:

@@ -8,12 +8,13 @@ Lengths are mm. Lines that start with # are comments. The file does not describe
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 
 from spinewatch.camera import Camera, Rig
 from spinewatch.errors import ParameterError, RigError
 from spinewatch.geometry.angles import degrees_from_dms, dms_from_degrees
+from spinewatch.rig_plausibility import SIDES, is_parallel, sees_common_field, with_angles
 
-_SIDES = ("left", "right")
 _NAMES = ("X0", "Y0", "Z0", "omega", "phi", "kappa", "f", "x0", "y0", "K1", "K2", "P1", "P2")
 
 
@@ -44,7 +45,7 @@ def parse_1995(
     Raises
     ------
     RigError
-        If a line is missing, given twice or has a wrong entry.
+        If a line is missing, given twice or has a wrong entry, or if the angles are not in DDDMMSS.s.
 
     References
     ----------
@@ -56,17 +57,19 @@ def parse_1995(
         if not words or words[0].startswith("#"):
             continue
         side = words[0].lower()
-        if side not in _SIDES:
+        if side not in SIDES:
             raise RigError(
                 words[0], "is neither LEFT nor RIGHT; start the line of each camera with one of them"
             )
         if side in cameras:
             raise RigError(side, "is given twice; keep one line")
         cameras[side] = _camera(side, words[1:], image_size_px, pixel_size_mm)
-    missing = [side for side in _SIDES if side not in cameras]
+    missing = [side for side in SIDES if side not in cameras]
     if missing:
         raise RigError(missing[0], "is missing; a rig has a LEFT and a RIGHT line")
-    return Rig(name, cameras["left"], cameras["right"])
+    rig = Rig(name, cameras["left"], cameras["right"])
+    _check_packing(rig)
+    return rig
 
 
 def format_1995(rig: Rig) -> str:
@@ -100,7 +103,8 @@ def _camera(side: str, words: list[str], size: tuple[int, int], pixel: tuple[flo
         try:
             values[key] = float(word)
         except ValueError as error:
-            raise RigError(f"{side}.{key}", f"is {word!r}, not a number") from error
+            hint = "; write a decimal point" if "," in word else ""
+            raise RigError(f"{side}.{key}", f"is {word!r}, not a number{hint}") from error
         if not math.isfinite(values[key]):
             raise RigError(f"{side}.{key}", "must be finite")
     try:
@@ -120,6 +124,41 @@ def _camera(side: str, words: list[str], size: tuple[int, int], pixel: tuple[flo
         size,
         pixel,
     )
+
+
+def _check_packing(rig: Rig) -> None:
+    """Raise RigError if the axes are parallel because the angles were not packed as DDDMMSS.s."""
+    largest = max(abs(angle) for camera in (rig.left, rig.right) for angle in camera.rotation_deg)
+    if not is_parallel(rig) or not largest:
+        return
+    likely = [
+        unit for unit, reading in _OTHER_READINGS.items() if sees_common_field(_read_again(rig, reading))
+    ]
+    if likely or largest < 1 / 60:
+        raise RigError(
+            "omega, phi, kappa",
+            f"cannot be DDDMMSS.s: as such they make the optical axes parallel within {rig.vergence_deg:.2g} degrees;"
+            f" were they written in {likely[0] if likely else 'decimal degrees or radians'}?",
+        )
+
+
+def _read_again(rig: Rig, reading: Callable[[float], float]) -> Rig:
+    """Return a rig with another reading of the numbers that were read as DDDMMSS.s."""
+    return with_angles(rig, lambda angle: reading(float(dms_from_degrees(angle))))
+
+
+def _degrees_from_dm(packed: float) -> float:
+    """Return the decimal degrees of an angle packed as DDDMM.m."""
+    degrees, minutes = divmod(abs(packed), 100)
+    return math.copysign(degrees + minutes / 60, packed)
+
+
+_OTHER_READINGS: Mapping[str, Callable[[float], float]] = {
+    "decimal degrees": float,
+    "radians": math.degrees,
+    "degrees and minutes, DDDMM": _degrees_from_dm,
+}
+"""Degrees of a number by what a person may have written instead of DDDMMSS.s."""
 
 
 def _line(side: str, camera: Camera) -> str:

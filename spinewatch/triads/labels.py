@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations, pairwise
@@ -10,14 +9,13 @@ from math import comb
 
 import numpy as np
 
-from spinewatch.arrays import Float
+from spinewatch.arrays import Float, Int
 from spinewatch.flags import Flag
 from spinewatch.geometry.rotations import vector_from_rotation
+from spinewatch.levels import level_numbers, vertebra_names
 from spinewatch.matching.selection import SpineAxis
 from spinewatch.triads.pose import MeasuredTriad, Pose
-
-_REGIONS = {"C": 0, "T": 7, "L": 19, "S": 24}
-_VERTEBRA = re.compile(r"([CTLS])(\d{1,2})")
+from spinewatch.triads.spacing import SpacingParameters, implausible_spacing
 
 Assignment = tuple[int, ...]
 """Index of the label of each triad, in order along the spine."""
@@ -25,7 +23,7 @@ Assignment = tuple[int, ...]
 
 @dataclass(frozen=True)
 class LabelParameters:
-    """How labels are assigned when triads are missing.
+    """How labels are assigned when triads are missing, and how they are checked.
 
     Attributes
     ----------
@@ -43,6 +41,13 @@ class LabelParameters:
         RMS change per pair of neighbours, in standard deviations, beyond which no assignment is accepted.
     max_assignments
         Number of assignments beyond which none is tried.
+    max_axis_angle_deg
+        Largest angle between the given spine axis and the line along which the triads lie, degrees.
+    min_axis_margin_deg
+        Least angle of that line from 45 degrees to the axes for which the order along the axis "auto" is determined,
+        degrees, if it differs between the axes.
+    spacing
+        Distances between the triads of neighbouring vertebrae.
     """
 
     spacing_sd: float = 0.12
@@ -52,6 +57,9 @@ class LabelParameters:
     max_rotation_sigma: float = 4.0
     max_sigma: float = 5.0
     max_assignments: int = 20_000
+    max_axis_angle_deg: float = 60.0
+    min_axis_margin_deg: float = 5.0
+    spacing: SpacingParameters = field(default_factory=SpacingParameters)
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,32 +142,42 @@ def label_triads(
     axis: SpineAxis = "auto",
     parameters: LabelParameters | None = None,
     known: KnownConfiguration | None = None,
+    extra_levels: Sequence[str] = (),
 ) -> tuple[tuple[LabelledTriad, ...], tuple[Flag, ...]]:
     """Return the triads in order along the spine axis with their labels.
 
     As many triads as labels are labelled by order. If triads are missing, these decide, in this order: kinds of
     markers, the known configuration (H4), and the evenness of gaps. Evenness alone gives no labels if a triad at an end
-    may be missing.
+    may be missing. No triad is labelled if there are more triads than labels, if they do not lie along the spine axis,
+    or if their distances contradict the labels.
 
     Parameters
     ----------
     triads
         Measured triads.
     labels
-        Vertebrae in order of increasing coordinate along the axis.
+        Vertebrae in order of increasing coordinate along the axis, in anatomical order.
     axis
         Object axis along which the spine extends; "auto" is that of greatest extent.
     parameters
-        How labels are assigned when triads are missing; the default ones if None.
+        How labels are assigned and checked; the default ones if None.
     known
         Known configuration, if any.
+    extra_levels
+        Vertebrae that this spine has in addition to the usual ones, for example T13 or L6.
 
     Returns
     -------
     triads : tuple of LabelledTriad
         The triads in order along the axis, all labelled or none.
     flags : tuple of Flag
-        "labels-uncertain" if there are triads and labels but no assignment.
+        "labels-uncertain" if there are triads and labels but no assignment, "levels-implausible" if their distances
+        contradict it, "spine-axis-implausible" if the triads do not lie along the axis.
+
+    Raises
+    ------
+    LevelError
+        If the labels are not names of vertebrae in order.
 
     References
     ----------
@@ -173,16 +191,19 @@ def label_triads(
     >>> [triad.label for triad in labelled]
     ['L1', 'T9', 'T7']
     """
+    p, known = parameters or LabelParameters(), known or KnownConfiguration()
+    names = vertebra_names(labels, extra_levels)
     ordered = in_order(triads, axis)
-    assignment, reason = _assign(
-        ordered, labels, parameters or LabelParameters(), known or KnownConfiguration()
-    )
+    if problem := _axis_problem(ordered, axis, p):
+        return _unlabelled(ordered, problem), (Flag("spine-axis-implausible", problem),)
+    assignment, reason = _assign(ordered, names, np.array(level_numbers(names, extra_levels)), p, known)
     if assignment is None:
-        unlabelled = tuple(LabelledTriad(None, reason, triad) for triad in ordered)
         flags = (Flag("labels-uncertain", reason),) if reason and ordered and labels else ()
-        return unlabelled, flags
+        return _unlabelled(ordered, reason), flags
+    if problem := _spacing_problem(assignment, ordered, names, extra_levels, p, known):
+        return _unlabelled(ordered, problem), (Flag("levels-implausible", problem),)
     labelled = zip(assignment, ordered, strict=True)
-    return tuple(LabelledTriad(labels[k], None, triad) for k, triad in labelled), ()
+    return tuple(LabelledTriad(names[k], None, triad) for k, triad in labelled), ()
 
 
 def in_order(triads: Sequence[MeasuredTriad], axis: SpineAxis) -> list[MeasuredTriad]:
@@ -207,34 +228,67 @@ def in_order(triads: Sequence[MeasuredTriad], axis: SpineAxis) -> list[MeasuredT
     return [triads[i] for i in np.argsort(P[:, along], kind="stable")]
 
 
-def levels(labels: Sequence[str]) -> Float:
-    """Return the levels of vertebrae along the spine.
+def _unlabelled(ordered: Sequence[MeasuredTriad], reason: str | None) -> tuple[LabelledTriad, ...]:
+    """Return triads without labels."""
+    return tuple(LabelledTriad(None, reason, triad) for triad in ordered)
 
-    Parameters
-    ----------
-    labels
-        Vertebrae in order along the spine.
 
-    Returns
-    -------
-    Float
-        Number of vertebrae from the first label, shape (n,); 0, 1, 2, ... if the labels are not vertebrae in order.
+def _axis_problem(ordered: Sequence[MeasuredTriad], axis: SpineAxis, p: LabelParameters) -> str | None:
+    """Return why the order of triads along the axis is not their order along the spine, or None."""
+    if len(ordered) < 2:
+        return None
+    P = np.stack([triad.position_mm for triad in ordered])[:, :2]
+    line = np.linalg.svd(P - P.mean(axis=0))[2][0]
+    to_x = float(np.degrees(np.arctan2(abs(line[1]), abs(line[0]))))
+    if axis != "auto":
+        angle = to_x if axis == "x" else 90 - to_x
+        if angle <= p.max_axis_angle_deg:
+            return None
+        return (
+            f"the triads lie along a line at {angle:.0f} degrees to the spine axis {axis}, more than"
+            f" {p.max_axis_angle_deg:g}; give the axis along which the spine lies"
+        )
+    orders = [list(np.argsort(P[:, k], kind="stable")) for k in (0, 1)]
+    if abs(to_x - 45) >= p.min_axis_margin_deg or orders[0] == orders[1]:
+        return None
+    return (
+        f"the triads lie along a line at {to_x:.0f} degrees to the x axis, and their order along x is not that along y;"
+        " give the spine axis, x or y"
+    )
 
-    Examples
-    --------
-    >>> levels(["L1", "T11", "T9"])
-    array([0., 2., 4.])
+
+def _spacing_problem(
+    assignment: Assignment,
+    ordered: Sequence[MeasuredTriad],
+    labels: Sequence[str],
+    extra_levels: Sequence[str],
+    p: LabelParameters,
+    known: KnownConfiguration,
+) -> str | None:
+    """Return what contradicts an assignment in the distances between triads with a pose, or None.
+
+    A known configuration that the distances fit takes precedence: vertebrae may be fused, compressed or absent.
     """
-    matches = [_VERTEBRA.fullmatch(label.strip().upper()) for label in labels]
-    numbers = np.array([_REGIONS[m[1]] + int(m[2]) if m else 0 for m in matches], dtype=np.float64)
-    steps = np.diff(numbers)
-    if all(matches) and (np.all(steps > 0) or np.all(steps < 0)):
-        return np.asarray(np.abs(numbers - numbers[0]))
-    return np.arange(len(labels), dtype=np.float64)
+    if known.covers(labels) and len(ordered) > 1:
+        likelihood = _configuration_likelihood(assignment, ordered, labels, p, known)
+        if likelihood >= -0.5 * p.max_sigma**2 * (len(ordered) - 1):
+            return None
+    posed = [i for i, triad in enumerate(ordered) if triad.pose is not None]
+    if len(posed) < 2:
+        return None
+    numbers = np.array(level_numbers([labels[assignment[i]] for i in posed], extra_levels))
+    problem = implausible_spacing(
+        np.stack([ordered[i].position_mm for i in posed]), numbers, extra_levels, p.spacing
+    )
+    return f"{problem}; check the names of the vertebrae" if problem else None
 
 
 def _assign(
-    ordered: list[MeasuredTriad], labels: Sequence[str], p: LabelParameters, known: KnownConfiguration
+    ordered: list[MeasuredTriad],
+    labels: Sequence[str],
+    numbers: Int,
+    p: LabelParameters,
+    known: KnownConfiguration,
 ) -> tuple[Assignment | None, str | None]:
     """Return the assignment of labels to triads in order, or None and the reason."""
     found, expected = len(ordered), len(labels)
@@ -249,13 +303,14 @@ def _assign(
         return None, "the kinds of markers that were found are not in the order of the labels"
     if len(possible) == 1:
         return possible[0], None
-    return _most_likely(possible, ordered, labels, p, known)
+    return _most_likely(possible, ordered, labels, numbers, p, known)
 
 
 def _most_likely(
     possible: Sequence[Assignment],
     ordered: list[MeasuredTriad],
     labels: Sequence[str],
+    numbers: Int,
     p: LabelParameters,
     known: KnownConfiguration,
 ) -> tuple[Assignment | None, str | None]:
@@ -271,9 +326,8 @@ def _most_likely(
     else:
         P = np.stack([t.position_mm for t in ordered])
         gaps = np.linalg.norm(np.diff(P, axis=0), axis=1)
-        likelihood = np.array(
-            [_gap_likelihood(gaps, levels(labels)[list(a)], p.spacing_sd) for a in possible]
-        )
+        levels = np.abs(numbers - numbers[0]).astype(np.float64)
+        likelihood = np.array([_gap_likelihood(gaps, levels[list(a)], p.spacing_sd) for a in possible])
         basis = "the gaps between the others do not determine which"
     best, second = np.argsort(-likelihood, kind="stable")[:2]
     if likelihood[best] - likelihood[second] < np.log(p.min_likelihood_ratio):
@@ -298,7 +352,7 @@ def _markers_agree(
 
 def _configuration_likelihood(
     assignment: Assignment,
-    ordered: list[MeasuredTriad],
+    ordered: Sequence[MeasuredTriad],
     labels: Sequence[str],
     p: LabelParameters,
     known: KnownConfiguration,

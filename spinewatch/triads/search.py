@@ -14,6 +14,7 @@ from spinewatch.flags import Flag
 from spinewatch.markers import FLAT_10_14_18, TriadModel
 from spinewatch.matching.identification import IdentificationParameters, Triplets, identify_triads
 from spinewatch.matching.points import MatchingParameters, Points, match_features
+from spinewatch.matching.scale_measurement import MarkerBalls
 from spinewatch.matching.selection import (
     HIDDEN,
     SelectionParameters,
@@ -21,6 +22,7 @@ from spinewatch.matching.selection import (
     TriadCandidates,
     rate_candidates,
     select_triads,
+    surplus_triads,
 )
 from spinewatch.triads.occlusion import FreeFeatures, OcclusionParameters, occluded_candidates
 from spinewatch.triads.pose import MeasuredTriad
@@ -102,7 +104,8 @@ def match_triads(
     parameters
         Parameters of the steps.
     expected
-        Number of triads placed, which is never exceeded; None if it is not known.
+        Number of triads placed; None if it is not known. It is exceeded only by triads in full view that are beyond
+        doubt.
     axis
         Object axis along which the spine extends.
     images
@@ -113,8 +116,8 @@ def match_triads(
     Returns
     -------
     TriadSearch
-        The triads, flagged "ball-occluded" where a ball is hidden, "triad-incomplete" without a pose, and
-        "triad-count-low" if there are fewer than expected (H5).
+        The triads, flagged "ball-occluded" where a ball is hidden, "triad-incomplete" without a pose,
+        "triad-count-low" if there are fewer than expected (H5), "triad-count-high" if there are more.
 
     Raises
     ------
@@ -142,7 +145,10 @@ def match_triads(
     points = match_features(left, right, rig, ball_diameter, p.matching, images)
     triplets = tuple(identify_triads(points, model, p.identification) for model in models)
     candidates = rate_candidates(triplets, points, models, rig, p.selection, expected)
-    selected = candidates.take(select_triads(candidates, points, p.selection, expected=expected, axis=axis))
+    members = select_triads(candidates, points, p.selection, expected=expected, axis=axis)
+    if len(members) == expected:
+        members = surplus_triads(candidates, points, members, p.selection, axis=axis)
+    selected = candidates.take(members)
     if p.occlusion.enabled and (expected is None or len(selected) < expected):
         features = _free_features(left, right, rig, points, selected, p.occlusion.extra_sd_mrad)
         missing = None if expected is None else expected - len(selected)
@@ -178,6 +184,32 @@ def ball_images(search: TriadSearch, left: Features, right: Features) -> tuple[F
     i = np.concatenate([search.selected.left.ravel(), search.selected.right.ravel()]).reshape(2, -1)
     i = i[:, np.all(i != HIDDEN, axis=0)]
     return left.take(i[0]), right.take(i[1])
+
+
+def marker_balls(search: TriadSearch, models: Sequence[TriadModel]) -> MarkerBalls:
+    """Return the markers of the balls that both images show.
+
+    Parameters
+    ----------
+    search
+        Result of the search.
+    models
+        Markers in use, as in the search.
+
+    Returns
+    -------
+    MarkerBalls
+        Markers of the balls in the order of `ball_images`, with the distances of triads in full view.
+    """
+    in_both = (search.selected.left != HIDDEN) & (search.selected.right != HIDDEN)
+    number = np.cumsum(in_both).reshape(in_both.shape) - 1
+    used = [models[index] for index in search.selected.model]
+    full = [t for t, model in enumerate(used) if in_both[t, : len(model.balls)].all()]
+    return MarkerBalls(
+        np.nonzero(in_both)[0],
+        np.concatenate([np.empty((0, 2), dtype=np.intp), *(number[t][used[t].pairs] for t in full)]),
+        np.concatenate([np.empty(0), *(used[t].distances_mm for t in full)]),
+    )
 
 
 def _free_features(
@@ -224,10 +256,13 @@ def _pose_flags(triads: Sequence[MeasuredTriad]) -> tuple[Flag, ...]:
 
 
 def _count_flags(triads: Sequence[MeasuredTriad], expected: int | None) -> tuple[Flag, ...]:
-    """Return a flag if fewer triads than expected have a pose."""
+    """Return a flag if fewer or more triads than expected have a pose."""
     found = sum(triad.pose is not None for triad in triads)
     if expected is None or found == expected:
         return ()
+    if found > expected:
+        detail = f"{found} triads are in view, and {expected} were expected; name every triad in view"
+        return (Flag("triad-count-high", detail),)
     detail = (
         f"{found} of {expected} triads were found; the others are hidden, or their balls were not detected"
     )

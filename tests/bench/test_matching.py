@@ -11,6 +11,7 @@ from bench.matching import (
     limits,
     main,
     pose_methods,
+    scale_found,
     simulate,
 )
 from spinewatch.markers import FLAT_10_14_18
@@ -31,13 +32,20 @@ KINDS = (
     "7 triads, 60 features",
     "5 triads, 200 features",
 )
-SMALL = {"none": 0.0, "0.05 deg about its x": 100.0, "0.2 mm along its y": 90.0}
+SMALL = {
+    "none": 0.0,
+    "calibration errors of 0.005 deg and 0.05 mm, 0.13 mrad shared": 0.5,
+    "0.05 deg about its x": 100.0,
+    "0.4 mm along its y": 90.0,
+}
+SCALE = (("0.3 deg about its y", 0.1, 97.0), ("a base longer by 1%", 0.1, 98.0))
 
 
 def outcome(tally: Tally) -> Outcome:
     """The same counts for every kind of scene."""
     methods = pose_methods(3)
-    return Outcome([replace(tally, name=kind) for kind in KINDS], methods, tuple(SMALL.items()), None)
+    tallies = [replace(tally, name=kind) for kind in KINDS]
+    return Outcome(tallies, methods, tuple(SMALL.items()), SCALE, None)
 
 
 def bars_missed(tally: Tally) -> set[str]:
@@ -99,6 +107,13 @@ def test_bumps_across_the_epipolar_lines_are_flagged_and_rigs_without_drift_are_
     found = dict(drift_found(4))
     assert found["0.05 deg about its x"] == 100
     assert found["none"] == 0
+
+
+def test_motions_along_the_epipolar_lines_are_flagged_by_the_scale_of_the_markers() -> None:
+    found = {(name, sigma): share for name, sigma, share in scale_found(10)}
+    assert found["0.3 deg about its y", 0.1] >= 80
+    assert found["a base longer by 1%", 0.1] >= 80
+    assert found["2 mm towards the field", 0.1] <= 10
 
 
 def test_predicted_deviations_are_proportional_to_the_error_of_centres() -> None:

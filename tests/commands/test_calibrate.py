@@ -1,10 +1,14 @@
 import json
+import os
+import shutil
 from pathlib import Path
 
 import pytest
+from PIL import Image
 from typer.testing import CliRunner
 
 from commands.main import cli
+from spinewatch.calibration.errors import ShotsDisagreeError
 from spinewatch.errors import ImageError, SameImageError, SpinewatchError
 from spinewatch.rig_files.rig_json import parse_rig
 from tests.paths import SAMPLES
@@ -38,6 +42,28 @@ def test_images_become_a_rig_file_and_a_report(tmp_path: Path) -> None:
     assert "&amp;" not in html
 
 
+def test_names_that_are_not_utf_8_are_escaped_in_the_document_and_the_report(tmp_path: Path) -> None:
+    odd = Path(os.fsdecode(os.fsencode(tmp_path) + b"/shot-\xff"))
+    shutil.copytree(C1 / "C", odd)
+    files = [str(odd / "left.png"), str(odd / "right.png"), *images("A")]
+    report = odd / "report.html"
+    ran = CliRunner().invoke(
+        cli, ["calibrate", *files, "--control-field", "pegboard-1995", "--report", str(report)]
+    )
+    assert ran.exit_code == 0, ran.output
+    assert [shot["name"] for shot in json.loads(ran.stdout)["shots"]] == ["shot-\\xff", "A"]
+    assert "shot-\\xff" in report.read_text()
+
+
+def test_the_document_is_printed_although_the_rig_cannot_be_written(tmp_path: Path) -> None:
+    out = tmp_path / "missing" / "rig.json"
+    ran = CliRunner().invoke(
+        cli, ["calibrate", *images("C"), "--control-field", "pegboard-1995", "--out", str(out)]
+    )
+    assert "cannot write" in str(ran.exception)
+    assert json.loads(ran.stdout)["rig"]["name"] == "rig"
+
+
 def test_a_field_that_is_not_there_is_named(tmp_path: Path) -> None:
     ran = CliRunner().invoke(cli, ["calibrate", *images("C"), "--control-field", str(tmp_path / "no.csv")])
     assert isinstance(ran.exception, SpinewatchError)
@@ -65,6 +91,29 @@ def test_a_shot_cannot_verify_itself() -> None:
         cli, ["calibrate", *images("C", "C"), "--control-field", "pegboard-1995", "--verify", "1"]
     )
     assert isinstance(ran.exception, SameImageError)
+
+
+def test_a_copy_of_a_shot_in_another_format_counts_once(tmp_path: Path) -> None:
+    copies = []
+    for file in images("C"):
+        copies.append(str(tmp_path / Path(file).with_suffix(".tif").name))
+        Image.open(file).save(copies[-1])
+    ran = CliRunner().invoke(
+        cli, ["calibrate", *images("C"), *copies, "--control-field", "pegboard-1995", "--verify", "1"]
+    )
+    assert ran.exit_code == 0, ran.output
+    document = json.loads(ran.stdout)
+    assert [flag["code"] for flag in document["flags"]] == ["shot-repeated"]
+    assert [shot["used"] for shot in document["shots"]] == [True]
+
+
+def test_images_in_the_order_left_left_right_right_are_refused() -> None:
+    (c_left, c_right), (a_left, a_right) = images("C"), images("A")
+    ran = CliRunner().invoke(
+        cli, ["calibrate", c_left, a_left, c_right, a_right, "--control-field", "pegboard-1995"]
+    )
+    assert isinstance(ran.exception, ShotsDisagreeError)
+    assert "give left, right, left, right" in str(ran.exception)
 
 
 def test_a_file_that_is_not_an_image_is_named(tmp_path: Path) -> None:

@@ -235,3 +235,25 @@ def test_unknown_axis_and_missing_rig_are_usage_errors(run: Run) -> None:
 
 def test_unwritable_out(run: Run, tmp_path: Path) -> None:
     refused(run(*arguments_of_sample("--out", tmp_path / "missing" / "x.json")), "cannot write", "x.json")
+
+
+@pytest.mark.parametrize(
+    ("labels", "words"),
+    [
+        ("L1,T9,T11,T7", "order of the spine"),
+        ("L1,L9", "L9"),
+        ("L1,l01", "twice"),
+        ("T13,T12", "extra level"),
+    ],
+)
+def test_vertebrae_that_no_spine_has_are_refused(run: Run, pair: Path, labels: str, words: str) -> None:
+    refused(run(*arguments(pair, "--labels", labels)), words)
+
+
+def test_labels_that_the_distances_contradict_are_null(run: Run, pair: Path) -> None:
+    options = ["--labels", "L2,T13,T11,T10", "--extra-levels", "t13", "--spine-axis", "x"]
+    status, out, _ = run(*arguments(pair, *options))
+    document = json.loads(out)
+    assert status == 0
+    assert "levels-implausible" in {flag["code"] for flag in document["flags"]}
+    assert {triad["label"] for triad in document["triads"]} == {None}

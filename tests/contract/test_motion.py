@@ -29,8 +29,10 @@ def test_the_stages_are_named_from_and_to() -> None:
             "frame": "reference triad L1",
             "vertebrae": [],
             "missing": [],
+            "flags": [{"stage": "PRE", "code": "triad-count-low", "detail": "3 of 4 triads were found."}],
         }
     )
+    assert motion.flags[0].stage == "PRE"
     assert motion.model_dump(by_alias=True)["from"]["name"] == "PRE"
     assert motion.end.name == "POST"
 

@@ -5,9 +5,11 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from contract import stage
 from contract.stage import Feature, FeaturePair, RigCheck, StageResult
 from spinewatch.detection.features import Features
 from spinewatch.matching import rig_check
+from spinewatch.matching.marker_scale import MarkerScale
 from spinewatch.pipeline import StageMeasurement
 from tests.contract.results import measurement
 
@@ -55,11 +57,12 @@ def check() -> rig_check.RigCheck:
         "chi2": 20.0,
         "dof": 4,
         "p_value": 0.0005,
-        "drifted": True,
+        "off_epipolar": True,
         "rotation_deg": np.array([0.02, 0, 0]),
         "rotation_sd_deg": np.array([0.04, 0.1, 0.03]),
         "shift_mm": np.array([0.2, 0, 0]),
         "shift_sd_mm": np.array([0.4, 1, 0.3]),
+        "marker_scale": MarkerScale(12, 0.998, 0.002, 0.001, 0.4, False, 0.07, 0.8),
     }
     known = {field.name for field in fields(rig_check.RigCheck)}
     return rig_check.RigCheck(**{name: value for name, value in values.items() if name in known})  # type: ignore[arg-type]
@@ -76,6 +79,16 @@ def test_the_check_of_the_rig_is_in_the_result() -> None:
         rotation_sd_deg=[0.04, 0.1, 0.03],
         shift_mm=[0.2, 0, 0],
         shift_sd_mm=[0.4, 1, 0.3],
+        marker_scale=stage.MarkerScale(
+            distances=12,
+            scale=0.998,
+            sd=0.002,
+            common_sd=0.001,
+            p_value=0.4,
+            drifted=False,
+            yaw_deg=0.07,
+            base_mm=0.8,
+        ),
     )
 
 

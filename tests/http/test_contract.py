@@ -60,3 +60,21 @@ def test_every_code_of_a_problem_is_in_the_manual() -> None:
     }
     assert {"stage-exists", "same-stage-twice"} <= codes
     assert [code for code in codes - {"conflict", "invalid-queue-url"} if f"`{code}`" not in manual] == []
+
+
+def test_every_field_and_parameter_has_a_description() -> None:
+    document = json.loads(CONTRACT.read_text())
+    fields = [
+        (schema, name)
+        for schema, content in document["components"]["schemas"].items()
+        for name, entry in content.get("properties", {}).items()
+        if "description" not in entry
+    ]
+    parameters = [
+        (path, parameter["name"])
+        for path, operations in document["paths"].items()
+        for operation in operations.values()
+        for parameter in operation.get("parameters", ())
+        if "description" not in {*parameter, *parameter["schema"]}
+    ]
+    assert fields + parameters == []

@@ -46,7 +46,10 @@ BAD_SURGERIES: list[tuple[Any, list[str | int]]] = [
     (with_(SURGERY, "z", "spine_axis"), ["body", "spine_axis"]),
     (with_(SURGERY, [], "vertebrae"), ["body", "vertebrae"]),
     (with_(SURGERY, ["L1", MARKER], "vertebrae"), ["body", "vertebrae", 1]),
-    (with_(SURGERY, ["L1", "L1"], "vertebrae"), ["body"]),
+    (with_(SURGERY, ["L1", "l01"], "vertebrae"), ["body", "vertebrae"]),
+    (with_(SURGERY, ["L1", "T9", "T11"], "vertebrae"), ["body", "vertebrae"]),
+    (with_(SURGERY, ["L1", "T77"], "vertebrae"), ["body", "vertebrae", 1]),
+    (with_(SURGERY, ["T14"], "extra_levels"), ["body", "extra_levels", 0]),
     (with_(SURGERY, "T5", "reference_vertebra"), ["body"]),
     (with_(SURGERY, MARKER, "patient_name"), ["body", "patient_name"]),
     ([SURGERY], ["body"]),
@@ -62,6 +65,11 @@ BAD_RIGS: list[tuple[Any, list[str | int]]] = [
     (with_(RIG, [568.5, 416], "left", "image_size_px"), ["body", "left", "image_size_px"]),
     (with_(RIG, [0.01, -0.01], "left", "pixel_size_mm"), ["body", "left", "pixel_size_mm"]),
     (with_(RIG, RIG["left"]["position_mm"], "right", "position_mm"), ["body", "right", "position_mm"]),
+    (with_(RIG, [568, 100_001], "left", "image_size_px"), ["body", "left", "image_size_px"]),
+    (with_(RIG, 201 * "x", "name"), ["body", "name"]),
+    (with_(RIG, [10.0, 8.45], "right", "pixel_size_mm"), ["body", "right", "pixel_size_mm"]),
+    (with_(RIG, 1e12, "left", "focal_length_mm"), ["body", "left", "focal_length_mm"]),
+    (with_(RIG, [174.9, 15.2, -1.9], "right", "rotation_deg"), ["body", "right", "rotation_deg"]),
     (with_(RIG, 1, "left", "unknown"), ["body", "left", "unknown"]),
     (with_(RIG, 1, "left", f"<{MARKER}>"), ["body", "(unprintable)"]),
 ]
@@ -88,6 +96,21 @@ def test_numbers_that_json_has_not_are_refused(service: Service, number: str) ->
         "/v1/calibrations", content=text, headers={"Content-Type": "application/json"}
     )
     assert problem_of(answer, 422)["errors"][0]["loc"] == ["body", "left", "focal_length_mm"]
+
+
+@pytest.mark.parametrize(
+    ("field", "loc"),
+    [("focal_length_mm", ["body", "left", "focal_length_mm"]), (f"<{MARKER}>", ["body", "(unprintable)"])],
+)
+def test_a_field_given_twice_is_refused(service: Service, field: str, loc: list[str]) -> None:
+    text = json.dumps(RIG).replace('"left": {', f'"left": {{"{field}": 7.5, "{field}": 7.6, ', 1)
+    answer = service.client.post(
+        "/v1/calibrations", content=text, headers={"Content-Type": "application/json"}
+    )
+    error = problem_of(answer, 422)["errors"][0]
+    assert error["loc"] == loc
+    assert "twice" in error["msg"]
+    assert MARKER not in answer.text
 
 
 @pytest.mark.parametrize("text", ["{", "", "\x00", '{"reference": "' + MARKER, "[" * 50_000, "\ud800"])

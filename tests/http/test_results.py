@@ -93,6 +93,18 @@ def test_motion_is_in_the_frame_of_the_reference_triad(service: Service, measure
     for motion in answer["vertebrae"]:
         assert math.hypot(*motion["rotation_vector_deg"]) == pytest.approx(motion["angle_deg"])
         assert min(motion["translation_sd_mm"] + motion["rotation_sd_deg"]) > 0
+        assert min(motion["angle_sd_deg"], motion["normal_angle_sd_deg"]) > 0
+
+
+def test_a_repeated_stage_is_flagged_in_the_stage_and_in_its_motion(
+    service: Service, surgery: str, calibration: str
+) -> None:
+    jobs = [service.submit(surgery, name, pair("PRE"), calibration) for name in ("PRE", "POST")]
+    assert [service.finished(job)["state"] for job in jobs] == ["succeeded"] * 2
+    answer = service.client.get(f"/v1/surgeries/{surgery}/motion", params={"from": "PRE", "to": "POST"})
+    flags = [(flag["stage"], flag["code"]) for flag in answer.json()["flags"]]
+    assert ("POST", "frame-repeated") in flags
+    assert ("PRE", "frame-repeated") not in flags
 
 
 def test_motion_back_is_the_inverse_rotation(service: Service, measured: str) -> None:

@@ -207,6 +207,20 @@ def test_a_time_without_zone_or_sense_is_refused(
     assert problem_of(answer, 422)["errors"][0]["loc"] == ["body", "captured_at"]
 
 
+@pytest.mark.parametrize("captured_at", ["1970-01-01T00:00:00Z", "2099-06-01T10:00:00Z"])
+def test_an_implausible_time_is_refused(
+    service: Service, surgery: str, calibration: str, captured_at: str
+) -> None:
+    answer = service.send(surgery, "PRE", pair("PRE"), calibration, captured_at)
+    assert code_of(answer, 422) == "time-implausible"
+    assert problem_of(answer, 422)["errors"][0]["loc"] == ["body", "captured_at"]
+
+
+def test_a_time_with_seven_decimals_is_cut(service: Service, surgery: str, calibration: str) -> None:
+    answer = service.send(surgery, "PRE", pair("PRE"), calibration, "2026-11-21T09:30:00.1234567Z")
+    assert answer.json()["captured_at"] == "2026-11-21T09:30:00.123456Z"
+
+
 @pytest.mark.parametrize("name", ["", " ", "a/b", "../x", "é", "x" * 65, "-PRE"])
 def test_a_name_that_is_no_path_segment_is_refused(
     service: Service, surgery: str, calibration: str, name: str

@@ -8,6 +8,7 @@ from spinewatch.camera import Rig
 from spinewatch.errors import ImageSizeError, ParameterError, SameImageError
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import SIDES, Frame
+from spinewatch.levels import LevelError
 from spinewatch.pipeline import Parameters, StageMeasurement, StageMeasurer, StageRequest
 from spinewatch.rig_files.rig_json import parse_rig
 from tests.paths import SAMPLES
@@ -82,7 +83,56 @@ def test_a_request_that_contradicts_itself_is_refused(request_: dict[str, object
         StageRequest(**request_)  # type: ignore[arg-type]
 
 
+def test_a_spine_along_the_other_axis_is_named(rig: Rig) -> None:
+    left, right = (
+        Frame(decode_image((SAMPLES / "D1" / "PRE" / f"{side}.png").read_bytes()), side) for side in SIDES
+    )
+    measured = StageMeasurer(rig).measure(left, right, replace(REQUEST, spine_axis="y"))
+    flags = {flag.code: flag.detail for flag in measured.flags}
+    assert "along x: 4" in flags["spine-axis-implausible"]
+    assert "no-triads" not in flags
+    assert {triad.label for triad in measured.triads} == {None}
+
+
+def test_names_are_checked_and_spelled_canonically() -> None:
+    request = StageRequest(labels=("l1", "T13", "t09"), extra_levels=("T13",))
+    assert (request.labels, request.expected) == (("L1", "T13", "T9"), 3)
+    with pytest.raises(LevelError, match="order"):
+        StageRequest(labels=("L1", "T9", "T11"))
+
+
 def test_a_rig_with_parallel_axes_needs_a_range(rig: Rig) -> None:
     parallel = Rig("parallel", rig.left, replace(rig.right, rotation_deg=rig.left.rotation_deg))
     with pytest.raises(ParameterError, match="range"):
         StageMeasurer(parallel)
+
+
+def test_exchanged_images_are_named_as_the_cause(rig: Rig) -> None:
+    left, right = frames("PRE")
+    measured = StageMeasurer(rig).measure(replace(right, side="left"), replace(left, side="right"), REQUEST)
+    (flag,) = [flag for flag in measured.flags if flag.code == "no-triads"]
+    assert "exchanged" in flag.detail
+
+
+def test_a_camera_that_moved_is_flagged_with_and_without_triads(rig: Rig) -> None:
+    for rotation_deg, codes in (
+        ((0.0, 0.5, 0.0), {"calibration-drift"}),
+        ((0.3, 0.0, 0.0), {"calibration-drift", "no-triads", "triad-count-low"}),
+    ):
+        moved = Rig("moved", rig.left, rig.right.moved(np.radians(rotation_deg), np.zeros(3)))
+        measured = StageMeasurer(moved).measure(*frames("PRE"), REQUEST)
+        assert codes <= {flag.code for flag in measured.flags}
+
+
+def test_more_triads_than_labels_have_no_label(rig: Rig) -> None:
+    measured = StageMeasurer(rig).measure(*frames("PRE"), StageRequest(labels=("L1", "T9"), spine_axis="x"))
+    assert "triad-count-high" in {flag.code for flag in measured.flags}
+    assert [triad.label for triad in measured.triads] == [None] * 4
+
+
+def test_one_exposure_with_other_noise_is_no_pair(rig: Rig) -> None:
+    left, _ = frames("PRE")
+    noise = np.random.default_rng(1).normal(0, 2, left.pixels.shape)
+    again = np.clip(left.pixels + noise, 0, 255).astype(np.uint8)
+    with pytest.raises(SameImageError, match="same image"):
+        StageMeasurer(rig).measure(left, Frame(again, "right"), REQUEST)

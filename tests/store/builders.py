@@ -215,4 +215,14 @@ RIG_CHECK = {
     "rotation_sd_deg": [0.1, 0.1, 0.1],
     "shift_mm": [0.0, 0.0, 0.0],
     "shift_sd_mm": [0.5, 0.5, 0.5],
+    "marker_scale": {
+        "distances": 12,
+        "scale": 0.998,
+        "sd": 0.002,
+        "common_sd": 0.001,
+        "p_value": 0.4,
+        "drifted": False,
+        "yaw_deg": 0.07,
+        "base_mm": 0.8,
+    },
 }

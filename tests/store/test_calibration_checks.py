@@ -21,8 +21,18 @@ def test_the_stages_measured_with_a_calibration_are_counted_by_their_flags(datab
     with database.read() as session:
         summary = calibration_checks.summary(session, calibration)
         page = calibration_checks.listed(session, calibration, 10, 0)
+        scales = calibration_checks.marker_scales(session, calibration)
         assert calibration_checks.summary(session, "none").stages == 0
+        assert calibration_checks.marker_scales(session, "none") == []
+    assert [scale.model_dump() for scale in scales] == [RIG_CHECK["marker_scale"]] * 4
     assert (summary.stages, summary.drifted, summary.old) == (4, 1, 2)
     assert {stage.name for stage in page.items} == {"S0", "S1", "S2", "S3"}
     assert page.items[0].measurement is not None
     assert page.items[0].measurement.result["rig_check"] == RIG_CHECK
+
+
+def test_stages_without_a_check_have_no_scale(database: Database) -> None:
+    stage = new_stage(database, new_surgery(database), "S0")
+    assert succeed(database, claimed(database, stage.job.id), result=stage_result())
+    with database.read() as session:
+        assert calibration_checks.marker_scales(session, stage.calibration_id) == []

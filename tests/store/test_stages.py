@@ -50,6 +50,24 @@ def test_work_is_images_rig_and_labels(database: Database) -> None:
     assert (work.vertebrae, work.spine_axis) == (("L1", "T11", "T9", "T7"), "x")
 
 
+def test_work_has_the_stages_submitted_before_whatever_became_of_them(database: Database) -> None:
+    surgery = new_surgery(database)
+    new_stage(database, new_surgery(database), "OTHER", now=at(-9))
+    end(database, new_stage(database, surgery, "LATE", now=at(-2)).job.id, JobState.FAILED)
+    new_stage(database, surgery, "EARLY", (b"l", b"r"), at(-3), captured_at=at(-60))
+    end(database, new_stage(database, surgery, now=at(-1)).job.id, JobState.CANCELLED)
+    stage = new_stage(database, surgery, captured_at=at(-5))
+    new_stage(database, surgery, "AFTER", now=at(1))
+    with database.read() as session:
+        work = stages.work(session, stage.id, 1)
+    assert [earlier.name for earlier in work.earlier] == ["EARLY", "LATE"]
+    assert [earlier.captured_at for earlier in work.earlier] == [at(-60), None]
+    assert [dict(earlier.content) for earlier in work.earlier] == [{}, {"left": b"left", "right": b"right"}]
+    assert work.earlier[1].sha256 == work.sha256
+    assert (work.captured_at, work.calibrated_at) == (at(-5), None)
+    assert work.calibration_created_at == NOON
+
+
 def test_what_does_not_exist(database: Database) -> None:
     surgery = new_surgery(database)
     with database.read() as session:

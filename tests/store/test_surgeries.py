@@ -1,10 +1,11 @@
 import pytest
 
 from contract.job import JobState
+from contract.surgery import NewSurgery
 from store import surgeries
 from store.database import Database
 from store.errors import NotFoundError
-from tests.store.builders import new_stage, new_surgery
+from tests.store.builders import CLIENT, NOON, new_stage, new_surgery
 
 
 def test_a_surgery_comes_with_its_stages_and_their_jobs(database: Database) -> None:
@@ -14,6 +15,7 @@ def test_a_surgery_comes_with_its_stages_and_their_jobs(database: Database) -> N
         row = surgeries.get_with_stages(session, surgery)
         listed = surgeries.listed(session, 10, 0)
     assert (row.reference, row.vertebrae, row.spine_axis) == ("2026-0417", ["L1", "T11", "T9", "T7"], "x")
+    assert row.extra_levels == []
     assert [(stage.name, stage.job.state) for stage in row.stages] == [("PRE", JobState.QUEUED)]
     assert (listed.total, listed.items[0].id) == (1, surgery)
 
@@ -23,3 +25,13 @@ def test_an_unknown_surgery(database: Database) -> None:
         for get in (surgeries.get, surgeries.get_with_stages):
             with pytest.raises(NotFoundError, match="surgery"):
                 get(session, "none")
+
+
+def test_extra_levels_are_kept(database: Database) -> None:
+    new = NewSurgery(
+        reference="1", vertebrae=["L1", "T13"], reference_vertebra="L1", extra_levels=["T13", "L6"]
+    )
+    with database.write() as session:
+        surgery = surgeries.add(session, new, NOON, CLIENT).id
+    with database.read() as session:
+        assert surgeries.get(session, surgery).extra_levels == ["T13", "L6"]

@@ -14,6 +14,7 @@ from settings import Settings
 from spinewatch.calibration.files import ShotFiles, calibrate_files, load_control_field, solve_parameters
 from spinewatch.calibration.from_images import CalibrationParameters
 from spinewatch.progress import Progress
+from spinewatch.rig_plausibility import check_plausible_rig
 from store import calibration_requests, calibrations
 from store.calibration_requests import CalibrationWork
 from store.jobs import Lease
@@ -80,6 +81,9 @@ class CalibrationHandler(Handler[CalibrationWork, CalibrationResult]):
             verify=work.verify,
             rig_name=work.name,
         )
+        check_plausible_rig(
+            result.calibration.rig
+        )  # stages only take rigs that pass, and a stored one never changes
         return calibration_result(result, _VERSION)
 
     def store(

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict
 from datetime import datetime, timedelta
 from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import Literal, cast
+from typing import Any, Literal, cast
 
 from sqlalchemy.orm import Session
 
@@ -23,6 +24,7 @@ from spinewatch.detection.candidates.templates import (
     default_template_set,
     read_template_set,
 )
+from spinewatch.imaging.comparison import ComparisonParameters
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import Frame
 from spinewatch.pipeline import Parameters, StageMeasurer, StageRequest
@@ -32,12 +34,15 @@ from store import measurements, stages
 from store.jobs import Lease
 from store.stages import StageWork
 from store.tables import STAGE_JOB
+from workers.record_checks import repetition_flags, time_flags
 from workers.registry import Handler
 
 _VERSION = version("spinewatch")
 _DAY = timedelta(days=1)
 _MAX_RIGS = 8
 """Measurers that a worker keeps prepared, one per rig."""
+_COMPARED_STAGES = 4
+"""Number of the latest earlier stages whose gray levels a stage is compared with."""
 
 
 class StageHandler(Handler[StageWork, StageResult]):
@@ -49,6 +54,8 @@ class StageHandler(Handler[StageWork, StageResult]):
         Template set to detect with.
     max_calibration_age
         A stage measured with an older calibration is flagged.
+    clock_tolerance
+        Largest difference between the clocks that gave the times of stages and calibrations.
     parameters
         Parameters of the method.
     """
@@ -56,9 +63,15 @@ class StageHandler(Handler[StageWork, StageResult]):
     kind = STAGE_JOB
 
     def __init__(
-        self, templates: TemplateSet, max_calibration_age: timedelta, parameters: Parameters | None = None
+        self,
+        templates: TemplateSet,
+        max_calibration_age: timedelta,
+        clock_tolerance: timedelta,
+        parameters: Parameters | None = None,
     ) -> None:
         self._max_age_days = max_calibration_age / _DAY
+        self._clock_tolerance = clock_tolerance
+        self._comparison = ComparisonParameters()
         pool = ThreadPoolExecutor(max_workers=1)
 
         @lru_cache(maxsize=_MAX_RIGS)
@@ -82,7 +95,7 @@ class StageHandler(Handler[StageWork, StageResult]):
         StageWork
             The input.
         """
-        return stages.work(session, lease.subject_id)
+        return stages.work(session, lease.subject_id, _COMPARED_STAGES)
 
     def run(self, work: StageWork, progress: Progress) -> StageResult:
         """Return what is measured in the stereo pair.
@@ -97,7 +110,7 @@ class StageHandler(Handler[StageWork, StageResult]):
         Returns
         -------
         StageResult
-            The result, with a flag when the calibration was too old.
+            The result, with flags of the calibration's age, of implausible times and of repeated images.
 
         Raises
         ------
@@ -107,10 +120,12 @@ class StageHandler(Handler[StageWork, StageResult]):
         progress("decode", 0.0)
         left, right = Frame(decode_image(work.left), "left"), Frame(decode_image(work.right), "right")
         axis = cast(Literal["x", "y", "auto"], work.spine_axis)
-        request = StageRequest(labels=work.vertebrae, spine_axis=axis)
+        request = StageRequest(labels=work.vertebrae, spine_axis=axis, extra_levels=work.extra_levels)
         measured = self._measurer(json.dumps(work.rig)).measure(left, right, request, progress)
-        result = StageResult.of(measured, _VERSION, {"calibration_max_age_days": self._max_age_days})
-        flags = [*result.flags, *self._age_flags(work.calibration_age / _DAY)]
+        result = StageResult.of(measured, _VERSION, self._settings())
+        pixels = {left.side: left.pixels, right.side: right.pixels}
+        record = [*time_flags(work, self._clock_tolerance), *repetition_flags(work, pixels, self._comparison)]
+        flags = [*result.flags, *self._age_flags(work.calibration_age / _DAY), *Flag.of(record)]
         return result.model_copy(update={"flags": flags})
 
     def store(self, session: Session, lease: Lease, result: StageResult, now: datetime, actor: Actor) -> None:
@@ -131,6 +146,13 @@ class StageHandler(Handler[StageWork, StageResult]):
         """
         measurements.add(session, lease.subject_id, result, now, actor)
 
+    def _settings(self) -> dict[str, Any]:
+        return {
+            "calibration_max_age_days": self._max_age_days,
+            "clock_tolerance_seconds": self._clock_tolerance.total_seconds(),
+            "comparison": asdict(self._comparison),
+        }
+
     def _age_flags(self, days: float) -> list[Flag]:
         if days <= self._max_age_days:
             return []
@@ -147,7 +169,7 @@ def handler(settings: Settings) -> StageHandler:
     Parameters
     ----------
     settings
-        The template set and the largest age of a calibration.
+        The template set, the largest age of a calibration and the tolerance of clocks.
 
     Returns
     -------
@@ -159,7 +181,8 @@ def handler(settings: Settings) -> StageHandler:
     TemplateError
         The file of the template set cannot be read, or is none.
     """
-    return StageHandler(_templates(settings.templates), settings.calibration_max_age_days * _DAY)
+    tolerance = timedelta(seconds=settings.clock_tolerance_seconds)
+    return StageHandler(_templates(settings.templates), settings.calibration_max_age_days * _DAY, tolerance)
 
 
 def _templates(file: Path | None) -> TemplateSet:

@@ -200,10 +200,11 @@ def _diagnosis(task: IdentificationTask, lenses: Sequence[Camera], where: str) -
             return kind(f"{targets} fit control field {field.name!r} only {remedy}")
     if not short.estimate_aspect:
         free = replace(task, parameters=replace(short, estimate_aspect=True))
-        if _fits(free, lenses):
+        exchanged = [replace(lens, pixel_size_mm=lens.pixel_size_mm[::-1]) for lens in lenses]
+        if _fits(replace(task, parameters=short), exchanged) or _fits(free, lenses):
             return IdentificationError(
-                f"{targets} fit control field {field.name!r} only with another pixel aspect; give the pixel size of"
-                " this camera, or estimate the aspect"
+                f"{targets} fit control field {field.name!r} only with another pixel size; give that of this"
+                " camera, width first, or estimate the aspect"
             )
     return IdentificationError(
         f"{targets} fit no part of control field {field.name!r}: give the field that was photographed, right-handed, Z"

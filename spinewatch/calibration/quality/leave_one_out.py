@@ -63,18 +63,22 @@ def leave_one_out(adjustment: BundleAdjustment, shots: Sequence[Shot]) -> ShotAc
     """
     if adjustment.block.dof <= _MIN_DOF or not adjustment.is_determined:
         return None
-    ids: list[str] = []
-    residuals: list[Float] = []
-    for s, shot in enumerate(shots):
-        for id_, control, left, right in zip(*common_points(shot), strict=True):
-            block = _block_without(adjustment, id_)
-            if block is None:
-                continue
-            rig = Rig(LEAVE_ONE_OUT, *block.cameras)
-            point = reconstruct(rig, left[None], right[None])[0]
-            residuals.append(block.placements[s].inverse()(point[None])[0] - control)
-            ids.append(id_)
-    return ShotAccuracy(LEAVE_ONE_OUT, False, tuple(ids), np.array(residuals)) if ids else None
+    commons = [common_points(shot) for shot in shots]
+    found: dict[tuple[int, str], Float] = {}
+    for id_ in dict.fromkeys(id_ for ids, *_ in commons for id_ in ids):
+        block = _block_without(adjustment, id_)
+        if block is None:
+            continue
+        at = [(s, common, common[0].index(id_)) for s, common in enumerate(commons) if id_ in common[0]]
+        left, right = (np.array([common[side][i] for _, common, i in at]) for side in (2, 3))
+        points = reconstruct(Rig(LEAVE_ONE_OUT, *block.cameras), left, right)
+        for (s, common, i), point in zip(at, points, strict=True):
+            found[s, id_] = block.placements[s].inverse()(point[None])[0] - common[1][i]
+    order = [(s, id_) for s, (ids, *_) in enumerate(commons) for id_ in ids if (s, id_) in found]
+    if not order:
+        return None
+    residuals = np.array([found[key] for key in order])
+    return ShotAccuracy(LEAVE_ONE_OUT, False, tuple(id_ for _, id_ in order), residuals)
 
 
 def _block_without(adjustment: BundleAdjustment, id_: str) -> Block | None:

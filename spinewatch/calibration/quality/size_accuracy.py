@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations, pairwise
+from itertools import pairwise
 
 import numpy as np
 
@@ -37,7 +37,10 @@ class SizeAccuracy:
 
 
 def size_accuracy(
-    residuals_mm: Sequence[Float], control_mm: Sequence[Float], edges_mm: Sequence[float]
+    residuals_mm: Sequence[Float],
+    control_mm: Sequence[Float],
+    edges_mm: Sequence[float],
+    max_points: int = 60,
 ) -> list[SizeAccuracy]:
     """Return the errors of distances and angles between the control points, by size class.
 
@@ -49,6 +52,8 @@ def size_accuracy(
         Those control points, shape (n, 3), mm.
     edges_mm
         Limits of the size classes, mm. An angle is counted by its shorter leg.
+    max_points
+        Points of a shot that are used, evenly spread over them: the number of angles grows with its third power.
 
     Returns
     -------
@@ -63,21 +68,23 @@ def size_accuracy(
     >>> round(found.distance_rms_mm, 3), round(found.angle_rms_deg, 3), found.n_angles
     (1.0, 0.0, 12)
     """
-    sizes: list[float] = []
-    distance_errors: list[float] = []
-    legs: list[float] = []
-    angle_errors: list[float] = []
+    sizes, distance_errors, legs, angle_errors = ([np.empty(0)] for _ in range(4))
     for residual, points in zip(residuals_mm, control_mm, strict=True):
-        measured = points + residual
-        true = np.linalg.norm(points[:, None] - points[None], axis=2)
-        for i, j in combinations(range(len(points)), 2):
-            sizes.append(true[i, j])
-            distance_errors.append(float(np.linalg.norm(measured[i] - measured[j])) - true[i, j])
-        for v in range(len(points)):
-            for i, j in combinations([k for k in range(len(points)) if k != v], 2):
-                legs.append(min(true[i, v], true[j, v]))
-                angle_errors.append(_angle_deg(measured[[v, i, j]]) - _angle_deg(points[[v, i, j]]))
-    size, distance, leg, angle = (np.array(values) for values in (sizes, distance_errors, legs, angle_errors))
+        some = np.unique(np.linspace(0, len(points) - 1, min(len(points), max_points)).round().astype(int))
+        control = points[some]
+        measured = control + residual[some]
+        i, j = np.triu_indices(len(some), k=1)
+        true = np.linalg.norm(control[i] - control[j], axis=1)
+        sizes.append(true)
+        distance_errors.append(np.linalg.norm(measured[i] - measured[j], axis=1) - true)
+        i, j = np.triu_indices(len(some) - 1, k=1)
+        for v in range(len(some)):
+            first, second = i + (i >= v), j + (j >= v)
+            to_first, to_second = control[first] - control[v], control[second] - control[v]
+            legs.append(np.minimum(np.linalg.norm(to_first, axis=1), np.linalg.norm(to_second, axis=1)))
+            found = _angles_deg(measured[first] - measured[v], measured[second] - measured[v])
+            angle_errors.append(found - _angles_deg(to_first, to_second))
+    size, distance, leg, angle = map(np.concatenate, (sizes, distance_errors, legs, angle_errors))
     out = []
     for low, high in pairwise(edges_mm):
         d, a = (size >= low) & (size < high), (leg >= low) & (leg < high)
@@ -138,15 +145,16 @@ def simulated_size_accuracy(
             measured[own] = flat.reshape(-1, 3, 3)
         in_view = np.isfinite(measured).all(axis=(1, 2))
         distance = np.linalg.norm(measured[in_view, 1] - measured[in_view, 0], axis=1) - size
-        angle = np.array([_angle_deg(m) for m in measured[in_view]]) - 90
+        in_both = measured[in_view]
+        angle = _angles_deg(in_both[:, 1] - in_both[:, 0], in_both[:, 2] - in_both[:, 0]) - 90
         out.append(SizeAccuracy(float(size), rms(distance), rms(angle), int(in_view.sum())))
     return out
 
 
-def _angle_deg(points: Float) -> float:
-    """Return the angle at the first of three points (3, 3), degrees."""
-    a, b = points[1] - points[0], points[2] - points[0]
-    return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)))
+def _angles_deg(a: Float, b: Float) -> Float:
+    """Return the angles (n,) between vectors (n, 3) and (n, 3), degrees."""
+    angle = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.sum(a * b, axis=1))
+    return np.asarray(np.degrees(angle))
 
 
 def _random_frames(rng: np.random.Generator, n: int) -> tuple[Float, Float]:

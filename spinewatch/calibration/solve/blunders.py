@@ -46,6 +46,9 @@ class BlunderParameters:
         Residual of the robust adjustment from which a point is a suspect, in robust standard deviations.
     robust_sigmas
         Scale of Cauchy's loss, in robust standard deviations.
+    max_exact_points
+        Points of all images up to which the block is adjusted again after every test; with more, several points are
+        tested by the linearized adjustment first.
     enabled
         Whether points are tested at all.
     """
@@ -58,6 +61,7 @@ class BlunderParameters:
     contamination_sigmas: float = 4.0
     suspect_sigmas: float = 5.0
     robust_sigmas: float = 2.0
+    max_exact_points: int = 400
     enabled: bool = True
 
 
@@ -195,8 +199,12 @@ def _readmit(
         if not suspects or max(p_values) <= parameters.readmission:
             _check_removed(kept, parameters)
             return current, kept
-        view, i = suspects[int(np.argmax(p_values))]
-        kept = _with(kept, view, i, value=True)
+        n_points = sum(map(len, block.images.values()))
+        n_back = 1 if n_points <= parameters.max_exact_points else max(1, len(suspects) // 4)
+        for k in np.argsort(p_values, kind="stable")[::-1][:n_back]:
+            if p_values[k] > parameters.readmission:
+                view, i = suspects[k]
+                kept = _with(kept, view, i, value=True)
         current = adjust(_reduced(current.block, block, kept))
 
 
@@ -224,36 +232,64 @@ def _remove_worst(
 ) -> tuple[BundleAdjustment, Masks]:
     """Return the adjustment and the points kept after those rejected by their residuals were removed one by one."""
     n_points = sum(map(len, block.images.values()))
+    limit = 1 if n_points <= parameters.max_exact_points else n_points
     while current.block.dof > _MIN_TEST_DOF and current.is_determined:
-        p_value, view, i = _worst_point(current, parameters)
-        if p_value >= parameters.significance / n_points:
+        rejected = _rejected(current, parameters, parameters.significance / n_points, limit)
+        if not rejected:
             break
-        kept = _with(kept, view, int(np.nonzero(kept[view])[0][i]), value=False)
-        _check_removed(kept, parameters)
+        removed = kept
+        for view, i in rejected:
+            removed = _with(removed, view, int(np.nonzero(kept[view])[0][i]), value=False)
+            _check_removed(removed, parameters)
+        kept = removed
         current = adjust(_reduced(current.block, block, kept))
     return current, kept
 
 
-def _worst_point(
-    adjustment: BundleAdjustment, parameters: BlunderParameters
-) -> tuple[float, ImageIndex, int]:
-    """Return p-value, image and index of the point with the least probable studentized residual."""
-    dof = adjustment.block.dof
+def _rejected(
+    adjustment: BundleAdjustment, parameters: BlunderParameters, level: float, limit: int
+) -> list[tuple[ImageIndex, int]]:
+    """Return image and index of at most ``limit`` points whose studentized residual is the largest and too improbable.
+
+    After each, residuals and cofactors follow from the linearized adjustment without it, which differs by the square of
+    the influence of one point.
+    """
+    views = [
+        (view, i)
+        for view in adjustment.block.observation_slices
+        for i in range(len(adjustment.block.images[view]))
+    ]
+    weighted, hats = adjustment.weighted_residuals, adjustment.hat_blocks()
+    v = np.concatenate([weighted[view] for view in adjustment.block.observation_slices])
+    H = np.concatenate([hats[view] for view in adjustment.block.observation_slices])
+    A = adjustment.jacobian.reshape(len(v), 2, -1)
+    Q, dof = adjustment.cofactor, adjustment.block.dof
     total = adjustment.sigma0**2 * dof
     floor = _floor(adjustment.block, parameters) ** 2
-    worst: tuple[float, ImageIndex, int] = (1.0, (0, 0), 0)
-    weighted = adjustment.weighted_residuals
-    for view, H in adjustment.hat_blocks().items():
-        v = weighted[view]
+    rejected: list[int] = []
+    while dof > _MIN_TEST_DOF and len(rejected) < limit:
         redundancy = np.eye(2) - H
         testable = np.linalg.eigvalsh(redundancy)[:, 0] > _UNTESTABLE
-        for i in np.nonzero(testable)[0]:
-            T = float(v[i] @ np.linalg.solve(redundancy[i], v[i]))
-            variance = max((total - T) / (dof - 2), floor)
-            p_value = _f_p_value(T / 2 / variance, dof - 2)
-            if p_value < worst[0]:
-                worst = (p_value, view, int(i))
-    return worst
+        testable[rejected] = False
+        if not testable.any():
+            break
+        T = np.full(len(v), -np.inf)
+        T[testable] = np.sum(
+            v[testable] * np.linalg.solve(redundancy[testable], v[testable, :, None])[..., 0], axis=1
+        )
+        worst = int(np.argmax(T))
+        variance = max((total - T[worst]) / (dof - 2), floor)
+        if _f_p_value(float(T[worst]) / 2 / variance, dof - 2) >= level:
+            break
+        rejected.append(worst)
+        if len(rejected) < limit:
+            B = Q @ A[worst].T
+            S = np.linalg.inv(redundancy[worst])
+            G = A @ B
+            v, H = v + G @ S @ v[worst], H + G @ S @ np.swapaxes(G, 1, 2)
+            Q = Q + B @ S @ B.T
+        total, dof = total - float(T[worst]), dof - 2
+    return [views[i] for i in rejected]
 
 
 def _f_p_value(F: float, dof: int) -> float:

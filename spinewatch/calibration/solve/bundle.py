@@ -12,10 +12,13 @@ from spinewatch.arrays import Float
 from spinewatch.calibration.errors import ConvergenceError
 from spinewatch.calibration.solve.block import Block, ImageIndex
 from spinewatch.calibration.solve.parameterization import Linearization, Parameterization, linearize
+from spinewatch.calibration.solve.reduced_equations import Evaluation, minimize, reduced
 from spinewatch.geometry.rotations import angles_from_rotation
 
 _TOLERANCE = 1e-12
 _MAX_EVALUATIONS = 200
+_MAX_DENSE_OBSERVATIONS = 1000
+_MIN_CURVATURE = 0.1  # of Cauchy's loss, which is concave in the residuals beyond its scale
 _SINGULAR = 1e-12
 _OUT_OF_VIEW = (
     "the adjustment leads to cameras that do not have the points in view; check that the control field is the one in"
@@ -208,6 +211,20 @@ def adjust(
     if not block.n_observations:
         raise ConvergenceError(_OUT_OF_VIEW)
     parameterization = Parameterization.of(block)
+    solve = _minimized_reduced if block.n_observations > _MAX_DENSE_OBSERVATIONS else _minimized
+    try:
+        x, converged = solve(parameterization, robust_scale, tolerance, max_evaluations)
+    except (ValueError, np.linalg.LinAlgError) as error:
+        raise ConvergenceError(_OUT_OF_VIEW) from error
+    if not np.all(np.isfinite(x)):
+        raise ConvergenceError(_OUT_OF_VIEW)
+    return _described(_with_common_angles(parameterization.unpack(x)), converged)
+
+
+def _minimized(
+    parameterization: Parameterization, robust_scale: float | None, tolerance: float, max_evaluations: int
+) -> tuple[Float, bool]:
+    """Return the unknowns of the least cost, and whether the iteration converged, by MINPACK or by dogbox."""
     at = _with_last_result(parameterization)
 
     def residuals(x: Float) -> Float:
@@ -216,26 +233,51 @@ def adjust(
     def jacobian(x: Float) -> Float:
         return at(x).jacobian_by_x
 
-    try:
-        solution = least_squares(
-            residuals,
-            parameterization.pack(),
-            jacobian,
-            method="lm" if robust_scale is None and block.dof >= 0 else "dogbox",
-            x_scale="jac",
-            loss="linear" if robust_scale is None else "cauchy",
-            f_scale=robust_scale or 1.0,
-            xtol=tolerance,
-            ftol=tolerance,
-            gtol=_TOLERANCE,
-            max_nfev=max_evaluations,
-        )
-    except (ValueError, np.linalg.LinAlgError) as error:
-        raise ConvergenceError(_OUT_OF_VIEW) from error
+    solution = least_squares(
+        residuals,
+        parameterization.pack(),
+        jacobian,
+        method="lm" if robust_scale is None and parameterization.block.dof >= 0 else "dogbox",
+        x_scale="jac",
+        loss="linear" if robust_scale is None else "cauchy",
+        f_scale=robust_scale or 1.0,
+        xtol=tolerance,
+        ftol=tolerance,
+        gtol=_TOLERANCE,
+        max_nfev=max_evaluations,
+    )
     if not np.all(np.isfinite(solution.fun)):
-        raise ConvergenceError(_OUT_OF_VIEW)
-    adjusted = _with_common_angles(parameterization.unpack(np.asarray(solution.x)))
-    return _described(adjusted, bool(solution.success))
+        raise np.linalg.LinAlgError(_OUT_OF_VIEW)
+    return np.asarray(solution.x), bool(solution.success)
+
+
+def _minimized_reduced(
+    parameterization: Parameterization, robust_scale: float | None, tolerance: float, max_evaluations: int
+) -> tuple[Float, bool]:
+    """Return the same as `_minimized`, in a time that grows with the number of images and not with its square."""
+    block = parameterization.block
+
+    def evaluate(x: Float) -> Evaluation:
+        at = linearize(parameterization, x)
+        r = at.residuals
+        if robust_scale is None:
+            by_jacobian = by_residual = np.ones(len(r))
+            cost = float(r @ r)
+        else:
+            z = (r / robust_scale) ** 2
+            cost = float(robust_scale**2 * np.log1p(z).sum())
+            slope = 1 / (1 + z)
+            by_jacobian = np.sqrt(slope * np.maximum((1 - z) * slope, _MIN_CURVATURE))
+            by_residual = slope / by_jacobian
+
+        def equations() -> tuple[Float, Float]:
+            J, v = reduced(block, at.jacobian * by_jacobian[:, None], r * by_residual)
+            return J @ at.unknowns_by_x, v
+
+        return Evaluation(cost, equations)
+
+    minimum = minimize(evaluate, parameterization.pack(), tolerance, max_evaluations)
+    return minimum.x, minimum.converged
 
 
 def _with_last_result(parameterization: Parameterization) -> Callable[[Float], Linearization]:
@@ -261,7 +303,10 @@ def _described(block: Block, converged: bool) -> BundleAdjustment:
     }
     dof = block.dof
     sigma0 = float(np.sqrt(at.residuals @ at.residuals / dof)) if dof > 0 else float("nan")
-    return BundleAdjustment(block, residuals, sigma0, _cofactor(at.jacobian), at.jacobian, converged)
+    J = at.jacobian
+    if len(J) > _MAX_DENSE_OBSERVATIONS and np.all(np.isfinite(J)):
+        J, _ = reduced(block, J, at.residuals)
+    return BundleAdjustment(block, residuals, sigma0, _cofactor(J), at.jacobian, converged)
 
 
 def _with_common_angles(block: Block) -> Block:

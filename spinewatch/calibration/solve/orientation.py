@@ -11,7 +11,7 @@ from spinewatch.arrays import Float
 from spinewatch.calibration.errors import ConvergenceError
 from spinewatch.calibration.points import ImagePoints
 from spinewatch.camera import Camera
-from spinewatch.geometry.rotations import angles_from_rotation
+from spinewatch.geometry.rotations import angles_from_rotation, rotation_from_vector
 from spinewatch.geometry.transforms import RigidTransform
 
 MIN_POSE_POINTS = 4
@@ -96,11 +96,11 @@ def solve_pose(image: ImagePoints, camera: Camera) -> RigidTransform:
             None,
             flags=cv2.SOLVEPNP_SQPNP,
         )
-        R = np.asarray(cv2.Rodrigues(rotation)[0], dtype=np.float64)
     except cv2.error as error:
         raise ConvergenceError(
             "the points determine no pose of the board; check their coordinates, which are in mm and px"
         ) from error
+    R = rotation_from_vector(np.asarray(rotation, dtype=np.float64)[:, 0])
     return from_opencv_pose(R, np.asarray(translation, dtype=np.float64)[:, 0])
 
 

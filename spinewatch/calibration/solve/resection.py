@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from spinewatch.calibration.errors import ConvergenceError, PoorFitError
+from spinewatch.calibration.errors import ConvergenceError, PoorFitError, UndeterminedError
 from spinewatch.calibration.points import ImagePoints, Sensor
 from spinewatch.calibration.solve.block import Block
 from spinewatch.calibration.solve.blunders import Blunder, adjust_without_blunders
@@ -111,20 +111,34 @@ def resect(
     shots = tuple(s for s, image in enumerate(images) if image is not None)
     in_view = [image for image in images if image is not None]
     initial = _best_initial_adjustment(in_view, sensor, parameters, where)
-    max_rms_px = parameters.max_rms_of_width * sensor.image_size_px[0]
     try:
         clean, _ = adjust_without_blunders(initial.block, parameters.blunders)
-        selected = select_parameters(clean, parameters, sensor, where)
+        selected = _selected(clean, parameters, sensor, where)
         all_points = replace(selected.block, images=initial.block.images)
         final, blunders = adjust_without_blunders(all_points, parameters.blunders)
+        _check_fit(final, parameters, sensor)
     except (PoorFitError, ConvergenceError) as error:
         raise type(error)(f"{where}: {error}") from error
-    if not final.rms_px < max_rms_px:
-        raise PoorFitError(
-            f"{where}: the image residuals of the best camera are {final.rms_px:.1f} px RMS; check that the control"
-            " field is the one in the image and that points are named correctly"
-        )
     return Resection(final, tuple(replace(b, shot=shots[b.shot]) for b in blunders), shots)
+
+
+def _selected(
+    clean: BundleAdjustment, parameters: SolveParameters, sensor: Sensor, where: str
+) -> BundleAdjustment:
+    """Return the adjustment with selected parameters; points that fit no camera are named as such first."""
+    try:
+        return select_parameters(clean, parameters, sensor, where)
+    except UndeterminedError:
+        _check_fit(clean, parameters, sensor)
+        raise
+
+
+def _check_fit(adjustment: BundleAdjustment, parameters: SolveParameters, sensor: Sensor) -> None:
+    if not adjustment.rms_px < parameters.max_rms_of_width * sensor.image_size_px[0]:
+        raise PoorFitError(
+            f"the image residuals of the best camera are {adjustment.rms_px:.1f} px RMS; check that the control field"
+            " is the one in the image and that points are named correctly"
+        )
 
 
 def _best_initial_adjustment(

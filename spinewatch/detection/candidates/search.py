@@ -20,7 +20,9 @@ from spinewatch.imaging.exposure import Exposure, ExposureParameters, correct_ex
 from spinewatch.imaging.filters import truncated_median_filter
 from spinewatch.imaging.frame import Frame, Side
 from spinewatch.imaging.pyramid import reduce_image
-from spinewatch.imaging.tone import log_tone
+from spinewatch.imaging.quality import SOUND, ImageQuality, QualityParameters, assess_image
+from spinewatch.imaging.sharpness import SharpnessParameters
+from spinewatch.imaging.tone import defective_pixels, log_tone
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,10 @@ class DetectionParameters:
     ----------
     exposure
         Correction of the exposure.
+    quality
+        Thresholds of the quality of images.
+    sharpness
+        Thresholds of the sharpness of images at the balls.
     field
         Surgical field; its ``segment_px`` is that of the 1995 cart and is scaled with the size of the balls.
     comparisons
@@ -83,6 +89,8 @@ class DetectionParameters:
     """
 
     exposure: ExposureParameters = field(default_factory=ExposureParameters)
+    quality: QualityParameters = field(default_factory=QualityParameters)
+    sharpness: SharpnessParameters = field(default_factory=SharpnessParameters)
     field: FieldParameters = field(default_factory=FieldParameters)
     comparisons: tuple[Comparison, ...] = (Comparison(PropertySpace.DIRECTIVITY, Measure.CCN),)
     log_offset: float = 4.0
@@ -111,12 +119,15 @@ class Detection:
         Kind of exposure.
     flags
         Remarks on the image.
+    quality
+        Quality of the image; its flags are among the flags.
     """
 
     features: Features
     field: SurgicalField
     exposure: Exposure
     flags: tuple[Flag, ...]
+    quality: ImageQuality = SOUND
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +175,8 @@ class CandidateSearch:
         p, factor = self.parameters, self.reduction
         gray = frame.gray()
         whole = SurgicalField(0, 0, gray.shape[1], gray.shape[0])
-        gray, exposure = correct_exposure(gray, p.exposure)
+        stored = gray
+        gray, exposure = correct_exposure(stored, p.exposure)
         if exposure is Exposure.BLANK:
             return Detection(Features.empty(), whole, exposure, (Flag("blank-image", "the image is blank"),))
         small = reduce_image(gray, factor)
@@ -177,8 +189,12 @@ class CandidateSearch:
         xy, score = self._segment(self._feature_space(small[crop], gradient[crop]))
         xy = (xy + np.array([box.u0, box.v0])) * factor + (factor - 1) / 2
         box = SurgicalField(*(factor * edge for edge in (box.u0, box.v0, box.u1, box.v1)))
-        flags = () if len(xy) else (Flag("no-features", "nothing in the image resembles a ball"),)
-        return Detection(self._features(xy, score), box, exposure, flags + _exposure_flags(exposure))
+        flags: tuple[Flag, ...] = (
+            () if len(xy) else (Flag("no-features", "nothing in the image resembles a ball"),)
+        )
+        quality = assess_image(stored, p.quality)
+        flags += _exposure_flags(exposure) + _defect_flags(frame) + quality.flags
+        return Detection(self._features(xy, score), box, exposure, flags, quality)
 
     def _feature_space(self, gray: Single, gradient: Single) -> Floating:
         """Return the feature space (H, W) of gray levels (H, W) and the gradient (2, H, W) of their logarithm."""
@@ -301,3 +317,15 @@ def _exposure_flags(exposure: Exposure) -> tuple[Flag, ...]:
     if exposure is Exposure.VERY_DARK:
         return (Flag("image-dark", "the image is very dark; open the aperture or brighten the lamp"),)
     return ()
+
+
+def _defect_flags(frame: Frame) -> tuple[Flag, ...]:
+    """Return the flag of defective pixels."""
+    defects = defective_pixels(frame.pixels)
+    if not len(defects):
+        return ()
+    detail = (
+        f"{len(defects)} lone pixels lie above the bit depth of all others, the first at u = {defects[0, 0]},"
+        f" v = {defects[0, 1]}; correct the defects of the sensor in the camera"
+    )
+    return (Flag("pixel-defect", detail),)

@@ -1,6 +1,7 @@
 from pathlib import Path
 
 import pytest
+from sqlalchemy.exc import OperationalError
 
 from commands.shared.configuration import (
     SettingsError,
@@ -38,6 +39,21 @@ def test_a_database_must_have_the_tables_of_this_version(tmp_path: Path) -> None
     migrate_database(settings)
     migrate_database(settings)
     require_database(settings)
+
+
+def test_a_database_that_cannot_be_written_is_named_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings = load_settings(database_url=f"sqlite:///{tmp_path / 'spinewatch.sqlite'}")
+    migrate_database(settings)
+
+    def fail(*_: object) -> None:  # as in a folder of another user, which a test that runs as root can write
+        raise OperationalError("BEGIN IMMEDIATE", None, Exception("attempt to write a readonly database\n"))
+
+    monkeypatch.setattr("sqlalchemy.orm.Session.connection", fail)
+    with pytest.raises(DatabaseNotReadyError, match=r"cannot be written: .*readonly.*DATABASE_URL") as raised:
+        require_database(settings)
+    assert "\n" not in str(raised.value)
 
 
 def test_a_database_that_cannot_be_migrated_is_named_in_one_line(tmp_path: Path) -> None:

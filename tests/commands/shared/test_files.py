@@ -1,3 +1,4 @@
+import os
 from pathlib import Path
 
 import pytest
@@ -6,6 +7,7 @@ from commands.shared.files import (
     InputError,
     OutputError,
     make_folder,
+    printable_name,
     read_bytes,
     read_json,
     read_text,
@@ -53,3 +55,8 @@ def test_a_file_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     write_bytes(path, b"content")
     with pytest.raises(OutputError, match=f"cannot create {path / 'below'}: "):
         make_folder(path / "below")
+
+
+def test_a_name_that_is_not_utf_8_is_escaped() -> None:
+    assert printable_name("Wirbelsäule") == "Wirbelsäule"
+    assert printable_name(os.fsdecode(b"shot-\xff")) == "shot-\\xff"

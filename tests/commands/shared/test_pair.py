@@ -15,6 +15,8 @@ def test_the_steps_of_a_measurement_are_timed() -> None:
     document = measure_pair(LEFT, RIGHT, D1 / "rig.json", (), "auto", None)
     assert list(document["timings_ms"]) == ["decode", "prepare", "detect", "match", "label", "total"]
     assert json.loads(json.dumps(document, allow_nan=False)) == document
+    assert list(document)[:3] == ["triads", "flags", "rig_check"]
+    assert list(document)[-3:] == ["timings_ms", "parameters", "features"]
 
 
 def test_the_size_is_checked_against_the_camera(tmp_path: Path) -> None:

@@ -43,3 +43,40 @@ def test_image_points_are_grouped_by_shot_in_order_of_appearance() -> None:
 def test_a_line_that_cannot_be_used_is_named(lines: str, words: str) -> None:
     with pytest.raises(PointsError, match=words):
         parse_image_points(f"{HEADER}\n{lines}\n", "left.csv")
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_other_separators_and_decimal_commas_are_read(separator: str) -> None:
+    text = f"{HEADER}\na,0,0.5,14.858,1,2.25\n"
+    points = parse_image_points(text, "left.csv")["1"]
+    for decimal in (".", ","):
+        other = text.replace(",", separator).replace(".", decimal)
+        again = parse_image_points(other, "left.csv")["1"]
+        assert np.array_equal(again.control_mm, points.control_mm)
+        assert np.array_equal(again.pixels, points.pixels)
+
+
+def test_empty_fields_at_the_end_of_every_line_are_no_surplus() -> None:
+    points = parse_image_points(f"{HEADER},\na,0,0,0,1,2,\n", "left.csv")["1"]
+    assert points.pixels.tolist() == [[1, 2]]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (f"{HEADER}\na,0,0,0,1,2\nb,0,0,14,858,1,2\n", "line 3: 7 fields for 6 columns.*decimal commas"),
+        (f"{HEADER}\na,0,0,0,1\n", "line 2: 5 fields for 6 columns"),
+        (f"{HEADER},u_px\na,0,0,0,1,2,3\n", "column 'u_px' twice"),
+        (f"{HEADER}\na,0,0,0,1,2\nb,0,0,0.5,1,2,5\n".replace(",", ";"), "line 3: 7 fields"),
+        (f"{HEADER}\na,0,0.5,0,1,2\n".replace(",", ";") + "b;0;0,5;0;1;2\n", "line 3: a number with a comma"),
+        (f"{HEADER}\na,0,0,0,1,2\n".replace(",", ";") + "b;0;1,000,5;0;1;2\n", "line 3: y_mm is '1.000,5'"),
+    ],
+)
+def test_a_table_that_would_be_read_wrongly_is_refused(text: str, words: str) -> None:
+    with pytest.raises(PointsError, match=words):
+        parse_image_points(text, "left.csv")
+
+
+def test_a_control_field_with_decimal_commas_between_commas_is_refused() -> None:
+    with pytest.raises(ControlFieldError, match=r"board\.csv, line 2: 5 fields for 4 columns"):
+        parse_control_field("id,x_mm,y_mm,z_mm\n1,0,0,14,858\n", "board.csv")

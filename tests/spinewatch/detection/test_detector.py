@@ -1,12 +1,17 @@
 """The detector on the sample surgery, whose ball centres are known."""
 
 import json
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from spinewatch.arrays import Pixels
 from spinewatch.camera import Rig
 from spinewatch.detection.candidates.search import DetectionParameters
 from spinewatch.detection.candidates.templates import TemplateSet, default_template_set
@@ -15,6 +20,7 @@ from spinewatch.detection.refinement.centres import CentreParameters
 from spinewatch.errors import ImageSizeError, ParameterError
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import SIDES, Frame
+from spinewatch.imaging.sharpness import SharpnessParameters
 from spinewatch.rig_files.rig_json import parse_rig
 from tests.paths import SAMPLES
 
@@ -98,3 +104,47 @@ def test_frames_of_another_size_or_side_are_refused(rig: Rig, detector: BallDete
 def test_balls_appear_larger_when_nearer(rig: Rig) -> None:
     (far, _), (near, _) = (nominal_ball_px(rig, (r, r), 8.0) for r in (700.0, 350.0))
     assert near == pytest.approx((2 * far[0], 2 * far[1]))
+
+
+DEGRADED: dict[str, tuple[Callable[[Pixels], Any], str]] = {
+    "defocus": (lambda image: cv2.GaussianBlur(image, (0, 0), 1.5), "image-blurred"),
+    "motion": (lambda image: cv2.blur(image, (6, 1)), "image-blurred"),
+    "half of the exposure": (lambda image: image // 2, "exposure-unequal"),
+    "negative": (lambda image: 255 - image, "image-negative"),
+}
+
+
+@pytest.mark.parametrize(("change", "code"), DEGRADED.values(), ids=DEGRADED.keys())
+def test_a_degraded_view_is_flagged(
+    detector: BallDetector, change: Callable[[Pixels], Any], code: str
+) -> None:
+    left, right = pair("PRE")
+    sound, degraded = detector.detect(left, Frame(np.asarray(change(right.pixels)), "right"))
+    assert code in {flag.code for flag in degraded.flags}
+    assert sound.flags == ()
+
+
+@pytest.mark.parametrize("name", STAGES)
+def test_sound_images_have_no_flag(name: str, detector: BallDetector) -> None:
+    assert [found.flags for found in detector.detect(*pair(name))] == [(), ()]
+
+
+def test_blur_enlarges_the_deviations_along_its_direction(detector: BallDetector) -> None:
+    left, right = (Frame(np.asarray(cv2.blur(f.pixels, (6, 1)), np.uint8), f.side) for f in pair("PRE"))
+    tolerant = replace(detector.searches[0].parameters, sharpness=SharpnessParameters(max_width_px=99))
+    first, second = (replace(search, parameters=tolerant) for search in detector.searches)
+    plain = replace(detector, searches=(first, second))
+    for enlarged, usual in zip(detector.detect(left, right), plain.detect(left, right), strict=True):
+        assert "image-blurred" not in {flag.code for flag in usual.flags}
+        ratio = (enlarged.features.covariance_px2 / usual.features.covariance_px2)[:, [0, 1], [0, 1]]
+        assert ratio[:, 0].min() > 1.2
+        assert ratio[:, 1] == pytest.approx(1, abs=1e-9)
+
+
+def test_a_hot_pixel_is_named(detector: BallDetector) -> None:
+    left, right = pair("PRE")
+    twelve = right.pixels.astype(np.uint16) * 16
+    twelve[40, 60] = 65535
+    flags = detector.detect(left, Frame(twelve, "right"))[1].flags
+    assert [flag.code for flag in flags] == ["pixel-defect"]
+    assert "u = 60, v = 40" in flags[0].detail

@@ -137,3 +137,42 @@ def test_damage_is_refused_by_name_or_decoded_to_an_image(kind: str, data: st.Da
         return
     assert image.ndim == 2
     assert image.dtype in (np.uint8, np.uint16)
+
+
+def tiff16(image: np.ndarray[Any, Any], photometric: int) -> bytes:
+    """Return a little-endian TIFF of 16 bits; photometric 0: white is zero."""
+    height, width = image.shape
+    rows = image.astype("<u2").tobytes()
+    tags = [
+        (256, width),
+        (257, height),
+        (258, 16),
+        (259, 1),
+        (262, photometric),
+        (273, 8),
+        (277, 1),
+        (278, height),
+        (279, len(rows)),
+    ]
+    directory = b"".join(struct.pack("<HHII", tag, 4, 1, value) for tag, value in tags)
+    return (
+        b"II*\0"
+        + struct.pack("<I", 8 + len(rows))
+        + rows
+        + struct.pack("<H", len(tags))
+        + directory
+        + bytes(4)
+    )
+
+
+def test_white_as_zero_is_inverted_in_tiffs_of_sixteen_bits() -> None:
+    np.testing.assert_array_equal(decode_image(tiff16(65535 - GRAY16, 0)), GRAY16)
+    np.testing.assert_array_equal(decode_image(tiff16(GRAY16, 1)), GRAY16)
+
+
+@pytest.mark.parametrize("extension", [".png", ".tiff"])
+def test_colour_of_sixteen_bits_keeps_its_depth(extension: str) -> None:
+    twelve = GRAY16 >> 4
+    image = decode_image(opencv(extension, cv2.merge([twelve] * 3)))
+    assert image.dtype == np.uint16
+    np.testing.assert_array_equal(image, twelve)

@@ -74,6 +74,25 @@ def test_samples_of_32_bits_are_refused(mode: str) -> None:
         inspect_image(encoded(Image.fromarray(GRAY).convert(mode), "TIFF"))
 
 
+def test_signed_samples_are_refused() -> None:
+    tags = [
+        (256, 4),
+        (257, 1),
+        (258, 16),
+        (259, 1),
+        (262, 1),
+        (273, 8),
+        (277, 1),
+        (278, 1),
+        (279, 8),
+        (339, 2),
+    ]
+    directory = b"".join(struct.pack("<HHII", tag, 3, 1, value) for tag, value in tags)
+    data = b"II*\0" + struct.pack("<I", 16) + bytes(8) + struct.pack("<H", len(tags)) + directory + bytes(4)
+    with pytest.raises(ImageError, match="signed"):
+        inspect_image(data)
+
+
 def test_other_formats_are_refused() -> None:
     for kind in ("GIF", "BMP", "PPM"):
         with pytest.raises(ImageError, match="not a PNG"):

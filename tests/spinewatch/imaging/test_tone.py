@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from spinewatch.errors import ImageError
-from spinewatch.imaging.tone import log_tone, patch_tone, to_gray
+from spinewatch.imaging.tone import defective_pixels, log_tone, patch_tone, to_gray
 
 
 @pytest.mark.parametrize("bits", [10, 12, 14, 16])
@@ -45,3 +45,29 @@ def test_the_tone_of_patches_is_the_log_tone_in_place() -> None:
     tone = patch_tone(gray)
     assert np.shares_memory(tone, gray)
     np.testing.assert_array_equal(tone, wanted)
+
+
+def test_one_hot_pixel_does_not_darken_the_image() -> None:
+    image = np.random.default_rng(1).integers(100, 4000, (120, 160)).astype(np.uint16)
+    hot = image.copy()
+    hot[40, 60] = 65535
+    assert defective_pixels(hot).tolist() == [[60, 40]]
+    expected, gray = to_gray(image), to_gray(hot)
+    assert gray[40, 60] == 255
+    expected[40, 60] = gray[40, 60] = 0
+    np.testing.assert_array_equal(gray, expected)
+
+
+@pytest.mark.parametrize("shape", [(2, 1), (1, 2), (2, 2)])
+def test_highlights_are_no_defects(shape: tuple[int, int]) -> None:
+    image = np.full((300, 300), 1000, np.uint16)
+    image[40 : 40 + shape[0], 60 : 60 + shape[1]] = 65535
+    assert len(defective_pixels(image)) == 0
+
+
+@pytest.mark.parametrize("level", [0, 1000, 4000])
+def test_images_of_one_bit_depth_have_no_defects(level: int) -> None:
+    image = np.full((200, 200), level, np.uint16)
+    image[3, 4] = 2 * level
+    assert len(defective_pixels(image)) == 0
+    assert len(defective_pixels(np.zeros((9, 9), np.uint8))) == 0

@@ -7,12 +7,17 @@ from scipy.stats import chi2
 from spinewatch.arrays import Float
 from spinewatch.camera import Rig
 from spinewatch.detection.features import Features
+from spinewatch.markers import FLAT_10_14_18
 from spinewatch.matching.rig_check import RigCheckParameters, check_rig, refined_rig
-from spinewatch.simulation.observations import ball_centres
+from spinewatch.matching.scale_measurement import MarkerBalls
+from spinewatch.simulation.observations import FeatureNoise, ball_centres
 from spinewatch.simulation.rigs import large_rig
+from spinewatch.simulation.scenes import SceneParameters, simulate_scene
 from spinewatch.simulation.spines import random_spine
 
 STILL = np.zeros(3)
+RIG = large_rig()
+SHARED = SceneParameters(noise=FeatureNoise(0.1, 0.13), calibration_sd_deg=0.003, calibration_sd_mm=0.03)
 
 
 def images(rig: Rig, seed: int, triads: int = 5, sigma: float = 0.1) -> tuple[Features, Features]:
@@ -35,11 +40,42 @@ def flagged(rig: Rig, runs: int = 40) -> float:
 
 def test_a_bump_across_the_epipolar_lines_is_found_from_five_triads() -> None:
     assert flagged(bumped(np.array([0.05, 0, 0]), STILL)) == 1
-    assert flagged(bumped(STILL, np.array([0, 0.2, 0]))) > 0.75
+    assert flagged(bumped(STILL, np.array([0, 0.4, 0]))) > 0.75
 
 
 def test_a_rig_without_drift_is_not_flagged() -> None:
     assert flagged(large_rig(), runs=200) <= 0.01
+
+
+def test_an_error_that_the_balls_of_a_marker_share_is_no_drift() -> None:
+    drifted, p_values = 0, []
+    for seed in range(60):
+        scene = simulate_scene(RIG, SHARED, np.random.default_rng([8, seed]))
+        seen = scene.observation
+        left = seen.left.take(np.argsort(seen.left_ball))
+        right = seen.right.take(np.argsort(seen.right_ball))
+        markers = MarkerBalls(np.repeat(np.arange(4), 3), np.empty((0, 2), dtype=np.intp), np.empty(0))
+        check, alone = check_rig(scene.rig, left, right, None, markers), check_rig(scene.rig, left, right)
+        assert check is not None
+        assert alone is not None
+        drifted += check.drifted
+        p_values.append((check.p_value, alone.p_value))
+    assert drifted <= 1
+    assert np.median(p_values, axis=0)[0] > np.median(p_values, axis=0)[1]
+
+
+def test_the_scale_of_the_markers_makes_a_drift_too() -> None:
+    left, right = images(bumped(np.array([0, 0.5, 0]), STILL), 1)
+    markers = MarkerBalls(
+        np.repeat(np.arange(5), 3),
+        np.concatenate([FLAT_10_14_18.pairs + 3 * t for t in range(5)]),
+        np.tile(FLAT_10_14_18.distances_mm, 5),
+    )
+    check = check_rig(large_rig(), left, right, None, markers)
+    assert check is not None
+    assert (check.off_epipolar, check.drifted) == (False, True)
+    assert check.message.startswith("markers measured 0.98")
+    assert check.message.endswith("; calibrate again")
 
 
 def test_motions_along_the_epipolar_lines_keep_the_deviation_of_the_prior() -> None:

@@ -56,6 +56,10 @@ SKEWED = np.array([[800.0, 3, 300], [0, 800, 200], [0, 0, 1]])
         (K * np.nan, np.eye(3), "finite"),
         (-K, np.eye(3), "positive"),
         (K[:2], np.eye(3), "3 x 3"),
+        (K.T, np.eye(3), "transposed"),
+        (K + np.diag([0, 0, 1]), np.eye(3), "last row"),
+        (K * [[1, 1, 2], [1, 1, 2], [1, 1, 1]], np.eye(3), "image size, such as 1200 x 800"),
+        (K * [[0.01, 1, 1], [1, 0.01, 1], [1, 1, 1]], np.eye(3), "field of view"),
     ],
 )
 def test_cameras_outside_the_model_are_refused(
@@ -63,3 +67,28 @@ def test_cameras_outside_the_model_are_refused(
 ) -> None:
     with pytest.raises(RigError, match=problem):
         from_opencv(matrix, rotation, np.zeros(3), np.zeros(5), (600, 400))
+
+
+@pytest.mark.parametrize(
+    ("dist", "problem"),
+    [
+        ([-1.5, 0, 0, 0, 0], "fold"),
+        ([0.3, -4.0, 0, 0], "fold"),
+        ([0.1, 0, 0], "4, 5, 8, 12 or 14"),
+        ([np.nan, 0, 0, 0], "finite"),
+    ],
+)
+def test_distortions_without_an_inverse_are_refused(dist: list[float], problem: str) -> None:
+    with pytest.raises(RigError, match=problem) as caught:
+        from_opencv(K, np.eye(3), np.zeros(3), dist, (600, 400))
+    assert caught.value.field == "dist"
+
+
+@given(st.floats(-0.25, 0.25), st.floats(-0.05, 0.05))
+def test_the_distortion_is_that_of_opencv_within_the_stated_error(k1: float, k2: float) -> None:
+    dist = np.array([k1, k2, 1e-4, -1e-4])
+    camera, error_px = from_opencv(K, np.diag([1.0, -1.0, -1.0]), np.zeros(3), dist, (600, 400))
+    X = np.random.default_rng(0).uniform((-150, -100, -600), (150, 100, -500), (40, 3))
+    t = np.zeros(3)
+    image = cv2.projectPoints(X, cv2.Rodrigues(np.diag([1.0, -1.0, -1.0]))[0], t, K, dist)[0][:, 0]
+    assert np.linalg.norm(camera.project(X) - image, axis=1).max() <= 1.5 * error_px + 1e-6

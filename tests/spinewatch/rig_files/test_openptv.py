@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from spinewatch.errors import RigError
 from spinewatch.geometry.rotations import rotation_from_angles
-from spinewatch.rig_files.openptv import format_openptv, parse_openptv
+from spinewatch.rig_files.openptv import format_openptv, glass_warning, parse_openptv
 from spinewatch.simulation.rigs import random_rig
 
 ORI = """78.11540017 15.92351739 -570.78991501
@@ -22,6 +22,10 @@ ORI = """78.11540017 15.92351739 -570.78991501
 
        0.0    0.0  -125.0
 """
+DEGREES = ORI.replace(
+    "-56.53585681  2.98297501  56.53131934",
+    " ".join(f"{math.degrees(x):.6f}" for x in (-56.53585681, 2.98297501, 56.53131934)),
+)
 ADDPAR = "0 0 0 0 0 1 0"
 SIZE, PIXEL = (1280, 1024), (0.012, 0.012)
 
@@ -64,8 +68,22 @@ def test_round_trip_projects_alike_within_the_stated_errors(seed: int) -> None:
         (ORI.replace("70.0000", "x"), ADDPAR, "not a number"),
         (ORI.replace("70.0000", "nan"), ADDPAR, "finite"),
         (ORI.replace("70.0000", "-70"), ADDPAR, "positive"),
+        (ORI.replace("2.98297501", "2.78297501"), ADDPAR, "contradict"),
+        (ORI.replace("-0.9872980", "0.9872980"), ADDPAR, "contradict"),
+        (DEGREES, ADDPAR, "in degrees"),
+        (ORI, "0 0 0 0 0 0 0", "scale of 0"),
     ],
 )
 def test_errors_name_the_problem(ori: str, addpar: str, problem: str) -> None:
     with pytest.raises(RigError, match=problem):
         parse_openptv(ori, addpar, SIZE, PIXEL)
+
+
+def test_angles_are_kept_without_whole_turns() -> None:
+    camera, _ = parse_openptv(ORI, ADDPAR, SIZE, PIXEL)
+    assert max(map(abs, camera.rotation_deg)) <= 360
+
+
+def test_a_glass_wall_is_warned_of() -> None:
+    assert "125 mm" in str(glass_warning(ORI))
+    assert glass_warning(format_openptv(random_rig(np.random.default_rng(0)).left)[0]) is None

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spinewatch.errors import RigError
-from spinewatch.rig_files.rig_json import parse_rig, rig_from_dict, rig_to_dict
+from spinewatch.rig_files.rig_json import decode_json, parse_rig, rig_from_dict, rig_to_dict
 from spinewatch.simulation.rigs import table_3_3_rig
 
 DOCUMENT = rig_to_dict(table_3_3_rig())
@@ -53,6 +53,9 @@ def test_an_entry_that_is_not_a_finite_number_is_named(field: str, number: objec
         ("image_size_px", [568.5, 416]),
         ("image_size_px", [0, 416]),
         ("pixel_size_mm", [0.01, -0.01]),
+        ("image_size_px", [568, 100_001]),
+        ("position_mm", [1e10, 0, 0]),
+        ("pixel_size_mm", [10.0, 8.45]),
         ("radial", [0.1]),
         ("skew", [0.0]),
     ],
@@ -72,6 +75,7 @@ def test_impossible_cameras_are_refused(field: str, value: object) -> None:
         ({**DOCUMENT, "name": 5}, "name"),
         ({**DOCUMENT, "name": "cart\x001"}, "name"),
         ({**DOCUMENT, "name": "\ud800"}, "name"),
+        ({**DOCUMENT, "name": 201 * "x"}, "name"),
         ({"name": "rig", "left": DOCUMENT["left"]}, "right"),
         ({**DOCUMENT, "left": []}, "left"),
     ],
@@ -85,6 +89,43 @@ def test_an_object_that_is_not_a_rig_is_refused(document: object, field: str) ->
 def test_two_cameras_in_one_position_are_refused() -> None:
     with pytest.raises(RigError, match="baseline"):
         rig_from_dict(altered("right", "position_mm", DOCUMENT["left"]["position_mm"]))
+
+
+@pytest.mark.parametrize("mark", ["", "\ufeff"])
+def test_text_and_bytes_may_start_with_a_byte_order_mark(mark: str) -> None:
+    text = mark + json.dumps(DOCUMENT)
+    assert rig_to_dict(parse_rig(text)) == rig_to_dict(parse_rig(text.encode())) == DOCUMENT
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "field"),
+    [
+        (
+            '"focal_length_mm": 7.776',
+            '"focal_length_mm": 7.776, "focal_length_mm": 77.76',
+            "left.focal_length_mm",
+        ),
+        (
+            '"focal_length_mm": 7.556',
+            '"focal_length_mm": 7.556, "focal_length_mm": 7.556',
+            "right.focal_length_mm",
+        ),
+        ('"right"', '"left"', "left"),
+        ('{"name"', '{"name": "a", "name"', "name"),
+    ],
+)
+def test_a_field_given_twice_is_named_with_its_path(old: str, new: str, field: str) -> None:
+    text = json.dumps(DOCUMENT)
+    assert old in text
+    with pytest.raises(RigError, match="is given twice") as caught:
+        parse_rig(text.replace(old, new))
+    assert caught.value.field == field
+
+
+def test_a_field_given_twice_is_found_in_lists() -> None:
+    with pytest.raises(RigError) as caught:
+        decode_json('[{}, {"a": {"b": 1, "b": 2}}]')
+    assert caught.value.field == "1.a.b"
 
 
 @given(st.text())

@@ -1,3 +1,5 @@
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -39,6 +41,7 @@ def without_angles(camera: Camera) -> dict[str, object]:
     ("old", "new", "problem"),
     [
         ("7.776", "x", "not a number"),
+        ("7.776", "7,776", "decimal point"),
         ("7.776", "inf", "finite"),
         ("7.776", "-7.776", "positive"),
         ("-50609.0", "-57609.0", "below 60"),
@@ -51,3 +54,39 @@ def without_angles(camera: Camera) -> dict[str, object]:
 def test_errors_name_the_problem(old: str, new: str, problem: str) -> None:
     with pytest.raises(RigError, match=problem):
         parse_1995(PRINTED.replace(old, new, 1), "C")
+
+
+def with_angles(write: Callable[[float], str]) -> str:
+    rig = table_3_3_rig()
+    lines = []
+    for line in PRINTED.splitlines()[1:]:
+        words = line.split()
+        angles = rig.left.rotation_deg if words[0] == "LEFT" else rig.right.rotation_deg
+        lines.append(" ".join([*words[:4], *map(write, angles), *words[7:]]))
+    return "\n".join(lines)
+
+
+def _degrees_minutes(angle: float) -> str:
+    degrees, minutes = divmod(abs(angle) * 60, 60)
+    return f"{'-' if angle < 0 else ''}{degrees:.0f}{minutes:02.0f}"
+
+
+@pytest.mark.parametrize(
+    ("write", "unit"),
+    [
+        (lambda angle: f"{angle:.4f}", "decimal degrees"),
+        (lambda angle: f"{angle:.0f}", "decimal degrees"),
+        (lambda angle: f"{np.radians(angle):.7f}", "radians"),
+        (_degrees_minutes, "DDDMM"),
+        (lambda angle: f"{angle / 4000:.6f}", "decimal degrees or radians"),
+    ],
+)
+def test_angles_that_are_not_packed_are_named(write: Callable[[float], str], unit: str) -> None:
+    with pytest.raises(RigError, match=f"cannot be DDDMMSS.*{unit}"):
+        parse_1995(with_angles(write), "C")
+
+
+@pytest.mark.parametrize("phi", ["0", "-163000.0"])
+def test_parallel_axes_are_read(phi: str) -> None:
+    rig = parse_1995(with_angles(lambda _: phi), "C")
+    assert rig.vergence_deg < 1e-6

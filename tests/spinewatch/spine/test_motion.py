@@ -88,6 +88,7 @@ def test_errors_fit_the_deviations_which_include_the_reference() -> None:
         ("translation_mm", "translation_sd_mm"),
         ("rotation_vector_deg", "rotation_sd_deg"),
         ("angle_deg", "angle_sd_deg"),
+        ("normal_angle_deg", "normal_angle_sd_deg"),
     ):
         spread = np.std([getattr(m, value) for m in sample], axis=0)
         assert np.allclose(spread, getattr(truth, sd), rtol=0.08)
@@ -106,6 +107,7 @@ def test_no_rotation_still_has_a_deviation() -> None:
     (motion,) = relative_motion(p, p, "L1")
     assert motion.angle_deg == 0
     assert motion.angle_sd_deg == pytest.approx(2)  # reference and vertebra, before and after
+    assert motion.normal_angle_sd_deg == pytest.approx(2)
 
 
 @pytest.mark.parametrize(("lacking", "named"), [("PRE", "start"), ("POST", "end")])

@@ -53,6 +53,19 @@ def test_a_drift_is_flagged_and_left_alone_unless_refinement_is_on() -> None:
     assert search.rigs == [RIG]
 
 
+def test_markers_that_are_not_measured_in_their_size_are_a_drift_without_refinement() -> None:
+    yawed = Rig("yawed", RIG.left, RIG.right.moved(np.radians([0, 0.5, 0]), np.zeros(3)))
+    search, _ = observed(yawed)
+    left, right = search.observed.left, search.observed.right
+    _, check, flags = search_and_check_rig(search, left, right, RIG, RigCheckParameters(refine=True))
+    assert [flag.code for flag in flags] == ["calibration-drift"]
+    assert "of their size" in flags[0].detail
+    assert check is not None
+    assert check.marker_scale is not None
+    assert check.marker_scale.distances == 15
+    assert len(search.rigs) == 1  # the images do not determine how to correct it
+
+
 def test_with_refinement_the_search_is_repeated_with_the_corrected_rig() -> None:
     search, _ = observed(BUMPED)
     left, right = search.observed.left, search.observed.right

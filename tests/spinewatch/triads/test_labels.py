@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from spinewatch.geometry.rotations import rotation_from_vector
-from spinewatch.triads.labels import KnownConfiguration, LabelParameters, label_triads, levels
+from spinewatch.levels import LevelError
+from spinewatch.triads.labels import KnownConfiguration, LabelParameters, label_triads
 from spinewatch.triads.pose import Ball, MeasuredTriad, Pose
 
 LABELS = ("L1", "T11", "T9", "T7")
@@ -78,9 +79,6 @@ def test_without_labels_there_is_nothing_to_flag() -> None:
 
 
 def test_uneven_levels_count_in_vertebrae() -> None:
-    assert levels(("L1", "T11", "T10", "T7")).tolist() == [0, 2, 3, 6]
-    assert levels(("upper", "lower")).tolist() == [0, 1]
-    assert levels(("T7", "L1", "T9")).tolist() == [0, 1, 2]
     # T11 and T10 are one vertebra apart: 26 mm is no gap, and 75 mm is.
     assert labels_of(chain(0, 51, 150), ("L1", "T11", "T10", "T7"))[0] == ["L1", "T11", "T7"]
 
@@ -172,3 +170,74 @@ def test_the_number_of_assignments_is_limited() -> None:
         "T9",
         "T7",
     ]
+
+
+@pytest.mark.parametrize(
+    ("labels", "words"),
+    [
+        (("L1", "T12", "T11", "T10"), "L1 and T12 are 50 mm apart, 50.0 mm per level instead of 12 to 45"),
+        (("L1", "T11", "T10", "T7"), "57.0 mm per level"),
+        (("L4", "T11", "T9", "T7"), "10.0 mm per level"),
+        (("L2", "T11", "T9", "T7"), "fit L1,T11,T9,T7 "),
+    ],
+)
+def test_labels_that_the_distances_contradict_are_null(labels: Any, words: str) -> None:
+    labelled, flags = label_triads(chain(0, 50, 107, 155), labels)
+    (flag,) = flags
+    assert flag.code == "levels-implausible"
+    assert words in flag.detail
+    assert [(t.label, t.label_reason) for t in labelled] == [(None, flag.detail)] * 4
+
+
+def test_known_distances_of_fused_vertebrae_decide() -> None:
+    labels = ("L1", "T11", "T9", "T7")
+    short = chain(0, 22, 72, 122)
+    assert [flag.code for flag in label_triads(short, labels)[1]] == ["levels-implausible"]
+    assert named(short, earlier(L1=0, T11=21, T9=70, T7=121), labels) == list(labels)
+    assert named(short, earlier(L1=0, T11=50, T9=100, T7=150), labels) == [None] * 4
+
+
+def test_a_triad_without_a_pose_gives_no_distance() -> None:
+    ball = Ball(np.array([10.0, 3, 0]), np.eye(3), np.zeros(2), np.zeros(2), 0.1)
+    triads = [*chain(0, 50, 100), MeasuredTriad("flat", {"XX": ball}, None, 0.0, "hidden")]
+    labels = ("L1", "T12", "T11", "T9")
+    assert [t.label for t in label_triads(triads, labels)[0]] == [*labels]
+    assert [t.label for t in label_triads([triads[0], triads[3]], labels[:2])[0]] == [*labels[:2]]
+
+
+def test_names_are_checked_and_spelled_canonically() -> None:
+    assert labels_of(chain(0, 50, 100), ("l1", "T11", "T09"))[0] == ["L1", "T11", "T9"]
+    with pytest.raises(LevelError, match="order"):
+        labels_of(chain(0, 50, 100), ("L1", "T9", "T11"))
+    labelled, flags = label_triads(chain(0, 52), ("L1", "T12"), extra_levels=("T13",))
+    assert ([t.label for t in labelled], flags) == (["L1", "T12"], ())
+
+
+@pytest.mark.parametrize(("axis", "other"), [("x", "y"), ("y", "x")])
+def test_triads_that_do_not_lie_along_the_given_axis_are_not_labelled(axis: Any, other: Any) -> None:
+    labelled, flags = label_triads(chain(0, 50, 100, 150, axis=other), LABELS, axis)
+    assert [flag.code for flag in flags] == ["spine-axis-implausible"]
+    assert f"90 degrees to the spine axis {axis}" in flags[0].detail
+    assert {t.label for t in labelled} == {None}
+    assert label_triads(chain(0, axis=other), LABELS[:1], axis)[1] == ()
+
+
+def oblique(degrees: float) -> list[MeasuredTriad]:
+    along = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees)), 0.0])
+    return [
+        MeasuredTriad("flat", {}, Pose(s * along, np.eye(3), np.zeros((6, 6))), 0.0)
+        for s in (0, 50, 100, 150)
+    ]
+
+
+def test_an_oblique_spine_is_ordered_along_the_given_axis() -> None:
+    assert labels_of(oblique(55), axis="x")[0] == list(LABELS)
+    assert labels_of(oblique(-44), axis="x")[0] == list(LABELS)
+    assert labels_of(oblique(-38))[0] == list(LABELS)
+
+
+def test_between_the_axes_the_order_is_determined_only_if_both_give_the_same() -> None:
+    assert labels_of(oblique(44))[0] == list(LABELS)
+    labels, reasons, flags = labels_of(oblique(-44))
+    assert (labels, flags) == ([None] * 4, ["spine-axis-implausible"])
+    assert "44 degrees to the x axis" in str(reasons[0])

@@ -77,12 +77,23 @@ def test_a_missing_triad_is_flagged() -> None:
     assert (distances(search, poses).min(axis=1) < 2.5).all()
 
 
-def test_never_more_than_expected_and_all_without_a_number() -> None:
+@pytest.mark.parametrize("expected", [1, 3, 4, None])
+def test_all_triads_in_view_are_found_whatever_number_is_expected(expected: int | None) -> None:
     rig, rng = table_3_3_rig(), np.random.default_rng(5)
     poses = random_spine(rng, 5, spacing_mm=45.0)
     observed = observe(rig, poses, rng, FeatureNoise(0.1, false_features=30))
-    assert len(match_triads(observed.left, observed.right, rig, PARAMETERS, expected=3).triads) == 3
-    assert len(match_triads(observed.left, observed.right, rig, PARAMETERS).triads) == 5
+    search = match_triads(observed.left, observed.right, rig, PARAMETERS, expected=expected)
+    assert len(search.triads) == 5
+    assert [flag.code for flag in search.flags] == ([] if expected is None else ["triad-count-high"])
+
+
+def test_false_features_are_no_triads_beyond_the_expected_number() -> None:
+    for seed in range(15):
+        rng = np.random.default_rng([7, seed])
+        poses = random_spine(rng, 4, spacing_mm=45.0)
+        observed = observe(large_rig(), poses, rng, FeatureNoise(0.25, false_features=80))
+        search = match_triads(observed.left, observed.right, large_rig(), PARAMETERS, expected=4)
+        assert len(search.triads) <= 4
 
 
 def test_a_triad_that_faces_away_is_not_found() -> None:

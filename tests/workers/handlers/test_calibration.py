@@ -6,6 +6,8 @@ from sqlalchemy import select
 from contract.calibration import CalibrationQuality, ShotQuality
 from contract.job import JobState
 from settings import Settings
+from spinewatch.camera import Rig
+from spinewatch.errors import RigError
 from store import calibration_requests, calibrations, jobs
 from store.calibration_requests import NewRequest, NewShot
 from store.clock import utc_now
@@ -28,7 +30,8 @@ def work_on(database: Database, request: str) -> Job:
         return jobs.get(session, job)
 
 
-def test_a_request_is_calibrated(database: Database) -> None:
+def submitted(database: Database) -> str:
+    """Submit one shot of the pegboard; return its identifier."""
     left, right = (image((BOARD / f"{side}.png").read_bytes()) for side in ("left", "right"))
     new = NewRequest(
         name="cart 1",
@@ -39,7 +42,11 @@ def test_a_request_is_calibrated(database: Database) -> None:
         captured_at=None,
     )
     with database.write() as session:
-        request = calibration_requests.submit(session, new, utc_now(), CLIENT).id
+        return calibration_requests.submit(session, new, utc_now(), CLIENT).id
+
+
+def test_a_request_is_calibrated(database: Database) -> None:
+    request = submitted(database)
     assert work_on(database, request).state is JobState.SUCCEEDED
     with database.read() as session:
         row = calibrations.get_with_report(session, request)
@@ -55,3 +62,18 @@ def test_images_that_determine_no_calibration_fail_by_name(database: Database) -
     assert job.state is JobState.FAILED
     assert job.error is not None
     assert job.error["code"] == "invalid-image"
+
+
+def test_a_rig_that_no_stage_would_take_is_not_stored(
+    database: Database, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(rig: Rig) -> None:
+        raise RigError("right.rotation_deg", f"of {rig.name} is implausible")
+
+    monkeypatch.setattr("workers.handlers.calibration.check_plausible_rig", refuse)
+    request = submitted(database)
+    job = work_on(database, request)
+    assert job.state is JobState.FAILED
+    assert job.error is not None
+    assert job.error["code"] == "invalid-rig"
+    assert job.attempts == 1

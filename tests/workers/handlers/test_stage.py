@@ -1,6 +1,6 @@
 """Stages measured on real images."""
 
-from dataclasses import fields
+from dataclasses import asdict, fields
 from datetime import timedelta
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from spinewatch.detection.candidates.templates import (
     default_template_set,
     write_template_set,
 )
+from spinewatch.imaging.comparison import ComparisonParameters
 from spinewatch.pipeline import Parameters
 from store import calibrations, jobs, measurements
 from store.calibration_checks import OLD
@@ -55,6 +56,8 @@ def test_a_stage_is_measured_and_says_with_what(database: Database, tmp_path: Pa
     assert measured.result["templates"] == default_template_set().version
     ran = dict(measured.result["parameters"])
     assert ran.pop("calibration_max_age_days") == 1.0
+    assert ran.pop("clock_tolerance_seconds") == 300.0
+    assert ran.pop("comparison") == asdict(ComparisonParameters())
     assert set(ran) == {field.name for field in fields(Parameters)}
     assert OLD not in {flag["code"] for flag in measured.result["flags"]}
 
@@ -77,6 +80,20 @@ def test_a_stage_measured_with_an_old_calibration_is_flagged(database: Database)
     assert "2.0 days old" in flag["detail"]
 
 
+def test_a_stage_that_repeats_an_earlier_one_is_flagged_whether_that_is_measured_or_not(
+    database: Database,
+) -> None:
+    surgery, now = new_surgery(database), utc_now()
+    new_stage(database, surgery, "PRE", sample_pair(), now - timedelta(hours=2), captured_at=now)
+    again = new_stage(database, surgery, "POST", sample_pair(), now, captured_at=now - timedelta(hours=1))
+    assert work_on(database, again).state is JobState.SUCCEEDED
+    with database.read() as session:
+        _, measured = measurements.get(session, surgery, "POST")
+    flags = {flag["code"]: flag["detail"] for flag in measured.result["flags"]}
+    assert "stage PRE again" in flags["frame-repeated"]
+    assert "60 minutes before stage PRE" in flags["time-implausible"]
+
+
 def test_an_image_that_cannot_be_decoded_fails_at_once_by_name(database: Database) -> None:
     left, right = sample_pair()
     job = work_on(database, submitted(database, (left, right[:20_000])))
@@ -91,6 +108,16 @@ def test_the_same_image_in_two_files_fails_by_name(database: Database) -> None:
     job = work_on(database, submitted(database, (left, left + b"\0")))
     assert job.error is not None
     assert job.error["code"] == "same-image-twice"
+
+
+def test_a_surgery_of_an_earlier_version_with_names_out_of_order_is_not_measured(database: Database) -> None:
+    stage = submitted(database, sample_pair())
+    with database.write() as session:
+        session.execute(text("""UPDATE surgeries SET vertebrae = '["L1", "T9", "T11", "T7"]'"""))
+    job = work_on(database, stage)
+    assert (job.state, job.attempts) == (JobState.FAILED, 1)
+    assert job.error is not None
+    assert job.error["code"] == "invalid-levels"
 
 
 def test_a_stage_that_breaks_the_library_is_tried_again(database: Database) -> None:

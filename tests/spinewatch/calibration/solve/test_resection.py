@@ -61,6 +61,15 @@ def test_fixed_parameters_keep_their_values() -> None:
     assert {"x0", "f"}.isdisjoint(found.free)
 
 
+def test_points_that_fit_no_camera_are_no_undetermined_parameters() -> None:
+    sound = image(TABLE_3_3.right)
+    pixels = sound.pixels.copy()
+    pixels[[0, 6]] = pixels[[6, 0]]
+    exchanged = ImagePoints.build(sound.ids, sound.control_mm, pixels)
+    with pytest.raises(PoorFitError, match=r"^the camera: the image residuals .* named correctly"):
+        resect([exchanged], SENSOR, PARAMETERS)
+
+
 def test_a_poor_fit_and_points_out_of_view_are_refused_by_name() -> None:
     noisy = image(WIDE.left, FIELD.ids, sigma_px=4.0)
     with pytest.raises(PoorFitError, match=r"camera 7: .*px RMS"):

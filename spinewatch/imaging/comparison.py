@@ -1,0 +1,207 @@
+"""Comparison of two images of one camera: the same exposure, the same scene, or something that has moved."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import cast
+
+import cv2
+import numpy as np
+
+from spinewatch.arrays import Bool, Float, Pixels, Single
+from spinewatch.imaging.tone import to_gray
+
+_MAD_TO_SD = 1.4826
+"""Standard deviation of a normal distribution over its median absolute deviation."""
+
+
+@dataclass(frozen=True)
+class ComparisonParameters:
+    """Parameters of the comparison.
+
+    Attributes
+    ----------
+    tile_px
+        Side of the square tiles whose displacements are estimated, px.
+    min_displacement_px
+        A tile displaced by more has moved. Breathing and the surgeon's hands move a vertebra by 1 mm and more, about
+        1 px of the cart.
+    max_displacement_sd_px
+        A tile counts when the noise allows to estimate its displacement with this standard deviation, px.
+    max_noise_ratio, max_gradient_ratio
+        A tile has changed when the RMS of its residuals exceeds both multiples, of the noise of the difference and of
+        the RMS gradient per px of the tile.
+    max_changed_fraction
+        Largest fraction of counted tiles that may have moved or changed in a repeated image: a time burnt into the
+        image, or a defect of transmission. A triad covers more.
+    min_counted_fraction
+        Smallest fraction of all tiles that must count.
+    saturated_gray
+        Pixels at or above this gray level (of 255) are left out, because a change of brightness cuts them off.
+    sample_step
+        Step between the pixels with which the change of brightness is estimated, px.
+    max_pixels
+        Larger images are reduced by a whole factor to at most about as many pixels; all lengths in px are of the
+        reduced image.
+    """
+
+    tile_px: int = 48
+    min_displacement_px: float = 0.1
+    max_displacement_sd_px: float = 0.025
+    max_noise_ratio: float = 3.0
+    max_gradient_ratio: float = 0.5
+    max_changed_fraction: float = 0.01
+    min_counted_fraction: float = 0.25
+    saturated_gray: float = 250.0
+    sample_step: int = 3
+    max_pixels: int = 1_000_000
+
+
+@dataclass(frozen=True)
+class ImageComparison:
+    """Difference of two images of one camera.
+
+    Attributes
+    ----------
+    exact
+        Whether all pixels are equal.
+    repeated
+        Whether the second shows the first again: exactly, or all but noise and a change of brightness.
+    noise_gray
+        Robust standard deviation of the difference after a change of brightness, gray levels of 0..255; NaN when the
+        shapes differ.
+    displacement_px
+        Displacement that at most the tolerated fraction of the counted tiles exceeds, px of the images given; NaN when
+        too few tiles count.
+    """
+
+    exact: bool
+    repeated: bool
+    noise_gray: float
+    displacement_px: float
+
+
+def compare_images(
+    first: Pixels, second: Pixels, parameters: ComparisonParameters | None = None
+) -> ImageComparison:
+    """Return how two images of one camera differ.
+
+    Two exposures of an unchanged scene differ by noise alone. A camera, cart or patient that has moved displaces
+    texture, however small the differences of gray levels are. The second image is fitted to the first one by a gain and
+    an offset, and each tile by an offset and a displacement; it is a repetition when tiles neither moved nor changed.
+
+    Parameters
+    ----------
+    first, second
+        Gray levels, shape (H, W), 8 or 16 bits. Images of different shapes are different.
+    parameters
+        Parameters; the defaults by default.
+
+    Returns
+    -------
+    ImageComparison
+        The differences.
+
+    Raises
+    ------
+    ImageError
+        If an image is not a gray image of 8 or 16 bits.
+
+    References
+    ----------
+    Lucas and Kanade, "An iterative image registration technique", IJCAI 1981; one step without iteration, because only
+    displacements near zero matter.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> scene = np.kron(rng.uniform(40, 200, (24, 24)), np.ones((8, 8)))
+    >>> def exposure(shift: int) -> Pixels:
+    ...     return np.rint(np.roll(scene, shift, 1) + rng.normal(0, 2, scene.shape)).astype(np.uint8)
+    >>> compare_images(exposure(0), exposure(0)).repeated
+    True
+    >>> compare_images(exposure(0), exposure(1)).repeated
+    False
+    """
+    p = parameters or ComparisonParameters()
+    if first.shape != second.shape:
+        return ImageComparison(False, False, float("nan"), float("nan"))
+    if np.array_equal(first, second):
+        return ImageComparison(True, True, 0.0, 0.0)
+    factor = math.ceil(math.sqrt(first.size / p.max_pixels))
+    a, b = to_gray(_reduced(first, factor)), to_gray(_reduced(second, factor))
+    valid = (a < p.saturated_gray) & (b < p.saturated_gray)
+    sample = (slice(None, None, p.sample_step), slice(None, None, p.sample_step))
+    chosen = valid[sample]
+    gain, offset, noise = _fit_brightness(a[sample][chosen], b[sample][chosen])
+    changed, displacement = _compare_tiles(gain * a, b - offset, valid, noise, p)
+    if len(displacement) == 0:
+        return ImageComparison(False, False, noise, float("nan"))
+    repeated = changed <= p.max_changed_fraction
+    quantile = float(np.quantile(displacement, 1 - p.max_changed_fraction, method="lower"))
+    return ImageComparison(False, repeated, noise, factor * quantile)
+
+
+def _reduced(image: Pixels, factor: int) -> Pixels:
+    """Return the means of square blocks of an image (H, W), shape (H // factor, W // factor)."""
+    if factor == 1:
+        return image
+    size = (max(image.shape[1] // factor, 1), max(image.shape[0] // factor, 1))
+    return cast(Pixels, cv2.resize(image, size, interpolation=cv2.INTER_AREA))
+
+
+def _fit_brightness(a: Single, b: Single) -> tuple[np.float32, np.float32, float]:
+    """Return the gain and offset from gray levels a to b, shape (N,), without outliers, and the noise of b - fit."""
+    gain, offset, noise = np.float32(1), np.float32(0), float("inf")
+    for _ in range(3):
+        residual = np.abs(b - gain * a - offset)
+        kept = residual <= 3 * _MAD_TO_SD * np.median(residual) if len(a) else np.zeros(0, bool)
+        x, y = a[kept], b[kept]
+        if len(x) < 2 or np.ptp(x) == 0:
+            break
+        mean_x, mean_y = x.mean(), y.mean()
+        gain = np.float32(((x - mean_x) * (y - mean_y)).mean() / np.square(x - mean_x).mean())
+        offset = np.float32(mean_y - gain * mean_x)
+        noise = float(np.sqrt(np.square(y - gain * x - offset).mean()))
+    return gain, offset, noise
+
+
+def _compare_tiles(
+    a: Single, b: Single, valid: Bool, noise: float, p: ComparisonParameters
+) -> tuple[float, Float]:
+    """Return the fraction of tiles that moved or changed, and the displacements of those that count, px, shape (K,)."""
+    weight = valid.astype(np.float32)
+    n = np.maximum(_tile_sums(weight, p.tile_px), 1)
+    gu, gv = np.zeros_like(a), np.zeros_like(a)
+    gu[:, 1:-1], gv[1:-1] = (a[:, 2:] - a[:, :-2]) / 2, (a[2:] - a[:-2]) / 2
+    gu, gv = gu * weight, gv * weight
+    mu, mv = (_tile_sums(x, p.tile_px) / n for x in (gu, gv))
+
+    def covariance(x: Single, y: Single, mean: Float) -> Float:
+        return _tile_sums(x * y, p.tile_px) / n - mean
+
+    uv = covariance(gu, gv, mu * mv)
+    A = np.stack([covariance(gu, gu, mu * mu), uv, uv, covariance(gv, gv, mv * mv)], -1).reshape(-1, 2, 2)
+    counted = np.linalg.eigvalsh(A)[:, 0] * n.ravel() * p.max_displacement_sd_px**2 > noise**2
+    if counted.size == 0 or counted.mean() < p.min_counted_fraction:
+        return 1.0, np.zeros(0)
+    d = (b - a) * weight
+    md = _tile_sums(d, p.tile_px) / n
+    r = np.stack([covariance(gu, d, mu * md), covariance(gv, d, mv * md)], -1).reshape(-1, 2)
+    shift = np.zeros_like(r)
+    shift[counted] = np.linalg.solve(A[counted], r[counted, :, None])[..., 0]
+    displacement = np.linalg.norm(shift, axis=1)
+    variance = covariance(d, d, md * md).ravel() - (r * shift).sum(axis=1)
+    residual, gradient = np.sqrt(np.maximum(variance, 0)), np.sqrt(np.trace(A, axis1=1, axis2=2) / 2)
+    changed = (residual > p.max_noise_ratio * noise) & (residual > p.max_gradient_ratio * gradient)
+    return float((changed | (displacement > p.min_displacement_px)).mean()), displacement[counted]
+
+
+def _tile_sums(image: Single, size: int) -> Float:
+    """Return the sums over square tiles of an image (H, W), shape (H // size, W // size)."""
+    rows, columns = image.shape[0] // size, image.shape[1] // size
+    strips = np.add.reduceat(
+        image[: rows * size, : columns * size], np.arange(0, columns * size, size), axis=1
+    )
+    return np.add.reduceat(strips, np.arange(0, rows * size, size), axis=0).astype(np.float64)

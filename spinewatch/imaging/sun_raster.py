@@ -1,0 +1,100 @@
+"""Sun rasters with run lengths whose rows have an odd number of bytes.
+
+Sun pads rows to 16 bits before it packs them; Pillow does not expect the padding and shears the image.
+"""
+
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+
+from spinewatch.arrays import Pixels
+
+_HEADER = struct.Struct(">8I")
+_RUN_LENGTHS = 2
+_ESCAPE = 0x80
+_LUMA_BGR = (0.114, 0.587, 0.299)
+
+
+def has_padded_runs(data: bytes) -> bool:
+    """Return whether a Sun raster has run lengths and rows of an odd number of bytes.
+
+    Parameters
+    ----------
+    data
+        Contents of a Sun raster file.
+
+    Returns
+    -------
+    bool
+        True if `decode_padded_runs` must decode it.
+    """
+    _, width, _, depth, _, kind, _, _ = _HEADER.unpack_from(data)
+    return kind == _RUN_LENGTHS and bool((width * depth + 7) // 8 % 2)
+
+
+def decode_padded_runs(data: bytes) -> Pixels:
+    """Return the gray levels of a Sun raster with run lengths and rows of an odd number of bytes.
+
+    Parameters
+    ----------
+    data
+        Contents of the file, with 8 or 24 bits per pixel and without or with a colour map.
+
+    Returns
+    -------
+    Pixels
+        Gray levels, shape (H, W), uint8; colour is converted to luma.
+
+    Raises
+    ------
+    ValueError
+        For another depth, or when the runs do not fill the image.
+
+    Examples
+    --------
+    >>> header = _HEADER.pack(0x59A66A95, 3, 1, 8, 4, 2, 0, 0)
+    >>> decode_padded_runs(header + bytes((0x80, 1, 7, 9, 0)))
+    array([[7, 7, 9]], dtype=uint8)
+    """
+    _, width, height, depth, _, _, _, map_length = _HEADER.unpack_from(data)
+    if depth not in (8, 24):
+        raise ValueError(f"{depth} bits per pixel")
+    start = _HEADER.size + map_length
+    row = width * depth // 8
+    unpacked = _unpack(data[start:], (row + 1) * height)
+    stride = row if len(unpacked) == row * height else row + 1
+    if len(unpacked) < stride * height:
+        raise ValueError("the runs do not fill the image")
+    rows = np.frombuffer(unpacked, np.uint8, stride * height).reshape(height, stride)[:, :row]
+    if depth == 24:
+        return _luma(rows.reshape(height, width, 3))
+    if map_length:
+        red, green, blue = np.frombuffer(data, np.uint8, map_length, _HEADER.size).reshape(3, -1)
+        return _luma(np.stack([blue, green, red], axis=-1))[rows]
+    return rows.copy()
+
+
+def _luma(bgr: Pixels) -> Pixels:
+    """Return the luma (...) of blue, green and red (..., 3)."""
+    luma: Pixels = np.rint(bgr @ np.array(_LUMA_BGR)).astype(np.uint8)
+    return luma
+
+
+def _unpack(packed: bytes, limit: int) -> bytes:
+    """Return unpacked run lengths, of at most a number of bytes."""
+    parts, length, position = [], 0, 0
+    while position < len(packed) and length < limit:
+        escape = packed.find(_ESCAPE, position)
+        end = len(packed) if escape < 0 else escape
+        parts.append(packed[position:end])
+        count = packed[end + 1] if end + 1 < len(packed) else 0
+        if count == 0 and escape >= 0:
+            parts.append(bytes((_ESCAPE,)))
+            position = end + 2
+        else:
+            parts.append(packed[end + 2 : end + 3] * (count + 1))
+            position = end + 3
+        length = length + len(parts[-1]) + len(parts[-2])
+    return b"".join(parts)[:limit]

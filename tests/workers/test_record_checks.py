@@ -1,0 +1,158 @@
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from hashlib import sha256
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from spinewatch.arrays import Pixels
+from spinewatch.imaging.decoding import decode_image
+from spinewatch.imaging.frame import Side
+from store.stages import EarlierStage, StageWork
+from tests.store.builders import sample_pair
+from workers.record_checks import repetition_flags, time_flags
+
+NOON = datetime(2026, 11, 21, 12, tzinfo=UTC)
+HOUR = timedelta(hours=1)
+TOLERANCE = timedelta(minutes=5)
+
+Files = tuple[bytes, bytes]
+
+
+def by_side(files: Files) -> dict[str, bytes]:
+    return {"left": files[0], "right": files[1]}
+
+
+def hashes(files: Files) -> dict[str, str]:
+    return {side: sha256(content).hexdigest() for side, content in by_side(files).items()}
+
+
+def earlier(
+    name: str, files: Files = (b"l", b"r"), captured_at: datetime | None = None, loaded: bool = True
+) -> EarlierStage:
+    return EarlierStage(name, captured_at, hashes(files), by_side(files) if loaded else {})
+
+
+def work(
+    files: Files = (b"left", b"right"),
+    before: Sequence[EarlierStage] = (),
+    captured_at: datetime | None = None,
+    calibrated_at: datetime | None = None,
+) -> StageWork:
+    return StageWork(
+        left=files[0],
+        right=files[1],
+        sha256=hashes(files),
+        rig={},
+        captured_at=captured_at,
+        calibrated_at=calibrated_at,
+        calibration_created_at=NOON,
+        calibration_age=timedelta(0),
+        earlier=tuple(before),
+        vertebrae=("L1",),
+        extra_levels=(),
+        spine_axis="x",
+    )
+
+
+def repeated(files: Files, *before: EarlierStage) -> Mapping[str, str]:
+    pixels: dict[Side, Pixels] = {"left": decode_image(files[0]), "right": decode_image(files[1])}
+    return {flag.code: flag.detail for flag in repetition_flags(work(files, before), pixels)}
+
+
+def other_files(files: Files, noise: float) -> Files:
+    def change(content: bytes) -> bytes:
+        gray = decode_image(content).astype(np.float64)
+        gray += noise * np.random.default_rng(5).standard_normal(gray.shape)
+        buffer = io.BytesIO()
+        Image.fromarray(np.clip(np.rint(gray), 0, 255).astype(np.uint8)).save(buffer, "TIFF")
+        return buffer.getvalue()
+
+    return change(files[0]), change(files[1])
+
+
+PRE, INTER = sample_pair("PRE"), sample_pair("INTER")
+
+
+def test_stages_of_their_own_raise_nothing() -> None:
+    assert repeated(INTER, earlier("PRE", PRE), earlier("POST", sample_pair("POST"))) == {}
+
+
+def test_the_same_files_are_repeated_however_long_ago() -> None:
+    flags = repeated(PRE, earlier("PRE", PRE, loaded=False), earlier("INTER", INTER))
+    assert list(flags) == ["frame-repeated"]
+    assert flags["frame-repeated"].startswith(
+        "the left image is that of stage PRE again (all pixels are equal)"
+    )
+    assert "the right image is that of stage PRE again" in flags["frame-repeated"]
+
+
+@pytest.mark.parametrize(
+    ("noise", "difference"), [(0.0, "all pixels are equal"), (1.0, "gray levels of noise")]
+)
+def test_the_same_images_in_other_files_are_repeated(noise: float, difference: str) -> None:
+    flags = repeated(other_files(PRE, noise), earlier("PRE", PRE))
+    assert list(flags) == ["frame-repeated"]
+    assert difference in flags["frame-repeated"]
+
+
+def test_one_repeated_side_is_named_with_the_other() -> None:
+    detail = repeated((PRE[0], INTER[1]), earlier("PRE", PRE))["frame-repeated"]
+    assert "the left image is that of stage PRE" in detail
+    assert "but the right one is not" in detail
+
+
+@pytest.mark.parametrize("loaded", [True, False])
+def test_an_image_sent_as_the_other_side_is_mixed(loaded: bool) -> None:
+    flags = repeated((PRE[1], PRE[0]), earlier("PRE", PRE, loaded=loaded))
+    assert list(flags) == ["pair-mixed"]
+    assert "the right image of stage PRE" in flags["pair-mixed"] or "the left image of" in flags["pair-mixed"]
+
+
+def test_an_image_of_the_other_side_in_another_file_is_mixed() -> None:
+    left, _ = other_files((PRE[1], PRE[0]), 0.0)
+    assert "pair-mixed" in repeated((left, INTER[1]), earlier("PRE", PRE))
+
+
+def test_an_earlier_stage_that_cannot_be_decoded_is_not_compared() -> None:
+    assert repeated(PRE, earlier("BROKEN", (b"no", b"image"))) == {}
+
+
+def flagged(given: StageWork) -> list[str]:
+    return [flag.detail for flag in time_flags(given, TOLERANCE)]
+
+
+def test_unknown_and_ordered_times_raise_nothing() -> None:
+    assert flagged(work()) == []
+    assert flagged(work(before=[earlier("PRE", captured_at=NOON)])) == []
+    before = [earlier("PRE", captured_at=NOON), earlier("INTER")]
+    assert flagged(work(before=before, captured_at=NOON + HOUR, calibrated_at=NOON - HOUR)) == []
+
+
+def test_clocks_may_differ_by_the_tolerance() -> None:
+    stage = work(before=[earlier("PRE", captured_at=NOON)], captured_at=NOON - TOLERANCE, calibrated_at=NOON)
+    assert flagged(stage) == []
+    assert len(flagged(replace(stage, captured_at=NOON - TOLERANCE - timedelta(seconds=1)))) == 2
+
+
+def test_a_stage_before_its_calibration_is_flagged_with_both_times() -> None:
+    (detail,) = flagged(work(captured_at=NOON - 24 * HOUR, calibrated_at=NOON))
+    assert "24.0 hours before the rig was calibrated" in detail
+    assert "2026-11-20T12:00:00+00:00, 2026-11-21T12:00:00+00:00" in detail
+
+
+def test_without_a_time_of_the_calibration_that_of_its_storage_counts() -> None:
+    (detail,) = flagged(work(captured_at=NOON - 72 * HOUR))
+    assert "3 days before the rig was stored" in detail
+    assert "give calibrated_at" in detail
+
+
+def test_a_stage_before_one_that_was_sent_earlier_is_flagged() -> None:
+    before = [earlier("PRE", captured_at=NOON + 2 * HOUR), earlier("INTER", captured_at=NOON + HOUR)]
+    (detail,) = flagged(work(before=before, captured_at=NOON + 1.5 * HOUR))
+    assert "30 minutes before stage PRE, which was sent earlier" in detail

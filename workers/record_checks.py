@@ -1,0 +1,165 @@
+"""Checks of a stage against the earlier stages of its surgery: repeated images and implausible times."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+
+import numpy as np
+
+from spinewatch.arrays import Pixels
+from spinewatch.errors import ImageError
+from spinewatch.flags import Flag
+from spinewatch.imaging.comparison import ComparisonParameters, ImageComparison, compare_images
+from spinewatch.imaging.decoding import decode_image
+from spinewatch.imaging.frame import SIDES, Side
+from store.stages import EarlierStage, StageWork
+
+_IDENTICAL = ImageComparison(exact=True, repeated=True, noise_gray=0.0, displacement_px=0.0)
+_OTHER: Mapping[Side, Side] = {"left": "right", "right": "left"}
+
+
+@dataclass(frozen=True)
+class _Repetition:
+    """An image that shows that of an earlier stage again."""
+
+    stage: str
+    comparison: ImageComparison
+
+
+def repetition_flags(
+    work: StageWork, pixels: Mapping[Side, Pixels], parameters: ComparisonParameters | None = None
+) -> Iterator[Flag]:
+    """Yield a flag when an image of an earlier stage was sent again, exactly or all but noise.
+
+    Files are compared with those of all earlier stages, gray levels with those of the stages whose files are loaded.
+
+    Parameters
+    ----------
+    work
+        The stage and the earlier ones.
+    pixels
+        Gray levels of its images, shape (H, W), by side.
+    parameters
+        Parameters of the comparison.
+
+    Yields
+    ------
+    Flag
+        ``frame-repeated`` for a side that repeats itself, ``pair-mixed`` for an image that was sent as the other side.
+    """
+    earlier = [(stage, _decoded(stage)) for stage in reversed(work.earlier)]
+    found = {side: _repetition(side, work.sha256[side], pixels[side], earlier, parameters) for side in SIDES}
+    repeated = {side: repetition for side, repetition in found.items() if repetition is not None}
+    if repeated:
+        parts = "; ".join(
+            f"the {side} image is that of stage {repetition.stage} again ({_difference(repetition.comparison)})"
+            for side, repetition in repeated.items()
+        )
+        one_side = (
+            "" if len(repeated) == len(SIDES) else f", but the {_OTHER[next(iter(repeated))]} one is not"
+        )
+        yield Flag("frame-repeated", f"{parts}{one_side}; send the images that were taken at this stage")
+    for side in SIDES:
+        other = _OTHER[side]
+        for stage, images in earlier:
+            same_file = stage.sha256[other] == work.sha256[side]
+            if same_file or (other in images and np.array_equal(images[other], pixels[side])):
+                detail = f"the {side} image is the {other} image of stage {stage.name}; send each image as its own side"
+                yield Flag("pair-mixed", detail)
+                break
+
+
+def time_flags(work: StageWork, tolerance: timedelta) -> Iterator[Flag]:
+    """Yield a flag for each order of times that cannot be.
+
+    Parameters
+    ----------
+    work
+        The stage, its calibration and the earlier stages.
+    tolerance
+        Largest difference between the clocks that gave the times.
+
+    Yields
+    ------
+    Flag
+        ``time-implausible``: taken before its calibration, or before a stage that was sent earlier.
+    """
+    captured = work.captured_at
+    if captured is None:
+        return
+    calibrated = work.calibrated_at or work.calibration_created_at
+    if captured < calibrated - tolerance:
+        how = (
+            "was calibrated"
+            if work.calibrated_at
+            else "was stored, whose own time is unknown: give calibrated_at"
+        )
+        yield Flag(
+            "time-implausible",
+            f"the stage was captured {_span(calibrated - captured)} before the rig {how}"
+            f" ({_iso(captured)}, {_iso(calibrated)}); check the clocks and the calibration",
+        )
+    times = [(stage.captured_at, stage.name) for stage in work.earlier if stage.captured_at is not None]
+    latest, name = max(times, default=(captured, ""))
+    if captured < latest - tolerance:
+        yield Flag(
+            "time-implausible",
+            f"the stage was captured {_span(latest - captured)} before stage {name}, which was sent earlier"
+            f" ({_iso(captured)}, {_iso(latest)}); check the clock, and that the images belong to this stage",
+        )
+
+
+def _decoded(stage: EarlierStage) -> dict[str, Pixels]:
+    """Return the images of an earlier stage by side, those that were loaded and can be decoded."""
+    images: dict[str, Pixels] = {}
+    for side, content in stage.content.items():
+        try:
+            images[side] = decode_image(content)
+        except ImageError:  # its own job failed by this name
+            continue
+    return images
+
+
+def _repetition(
+    side: Side,
+    sha256: str,
+    pixels: Pixels,
+    earlier: Sequence[tuple[EarlierStage, Mapping[str, Pixels]]],
+    parameters: ComparisonParameters | None,
+) -> _Repetition | None:
+    """Return the first of the stages whose image is repeated; one with the same file goes before any other."""
+    for stage, _ in earlier:
+        if stage.sha256[side] == sha256:
+            return _Repetition(stage.name, _IDENTICAL)
+    for stage, images in earlier:
+        if side in images:
+            comparison = compare_images(images[side], pixels, parameters)
+            if comparison.repeated:
+                return _Repetition(stage.name, comparison)
+    return None
+
+
+def _difference(comparison: ImageComparison) -> str:
+    if comparison.exact:
+        return "all pixels are equal"
+    return (
+        f"they differ by {comparison.noise_gray:.2g} gray levels of noise, and nothing has moved by more than"
+        f" {comparison.displacement_px:.2g} px"
+    )
+
+
+def _span(span: timedelta) -> str:
+    hours = span / timedelta(hours=1)
+    return (
+        f"{hours * 60:.0f} minutes"
+        if hours < 2
+        else f"{hours:.1f} hours"
+        if hours < 48
+        else f"{hours / 24:.0f} days"
+    )
+
+
+def _iso(time: datetime) -> str:
+    return time.isoformat(timespec="seconds")
