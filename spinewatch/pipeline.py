@@ -5,6 +5,8 @@ from __future__ import annotations
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from spinewatch.camera import Rig
 from spinewatch.detection.candidates.search import Detection, DetectionParameters
 from spinewatch.detection.candidates.templates import TemplateSet
@@ -24,6 +26,8 @@ from spinewatch.triads.diagnosis import DiagnosisParameters, diagnose
 from spinewatch.triads.drift import search_and_check_rig
 from spinewatch.triads.labels import KnownConfiguration, LabelledTriad, LabelParameters, label_triads
 from spinewatch.triads.search import SearchParameters, TriadSearch, match_triads
+
+_SAME_IMAGE = "left and right are the same image; send the pair that the two cameras took"
 
 
 @dataclass(frozen=True)
@@ -225,7 +229,8 @@ class StageMeasurer:
         SameImageError
             If both images are the same, or of the same exposure with other noise.
         """
-        _refuse_same_image(left, right)
+        if np.array_equal(left.pixels, right.pixels):
+            raise SameImageError(_SAME_IMAGE)
         progress("detect", 0.0)
         detections = self.detect(left, right)
         progress("match", 0.7)
@@ -268,6 +273,10 @@ class StageMeasurer:
         found = sum(triad.pose is not None for triad in search.triads)
         if found and 2 * found >= (request.expected or 0):
             return ()
+        if compare_images(
+            frames[0].pixels, frames[1].pixels
+        ).repeated:  # without parallax there are no triads
+            raise SameImageError(_SAME_IMAGE)
         if axis_flags := self._axis_flags(detections, frames, found, request):
             return axis_flags
         left, right = (detection.features for detection in detections)
@@ -323,8 +332,3 @@ class StageMeasurer:
             images=(frames[0].pixels, frames[1].pixels),
             models=request.models,
         )
-
-
-def _refuse_same_image(left: Frame, right: Frame) -> None:
-    if compare_images(left.pixels, right.pixels).repeated:
-        raise SameImageError("left and right are the same image; send the pair that the two cameras took")
