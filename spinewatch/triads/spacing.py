@@ -99,7 +99,7 @@ def implausible_spacing(
     others = list(_other_numbers(numbers, len(sequence), p.max_shift))
     if not others:
         return None
-    likelihood = np.array([_likelihood(gaps, other, p) for other in others])
+    likelihood = _likelihood(gaps, np.array(others), p)
     best = int(np.argmax(likelihood))
     ratio = float(np.exp(min(likelihood[best] - _likelihood(gaps, numbers, p), 50.0)))
     if ratio < p.min_likelihood_ratio:
@@ -132,14 +132,15 @@ def _other_numbers(numbers: Int, count: int, max_shift: int) -> Iterator[Int]:
                     yield other
 
 
-def _likelihood(gaps_mm: Float, numbers: Int, p: SpacingParameters) -> float:
-    """Return the log-likelihood, without its constant, of distances (n - 1,) between vertebrae (n,)."""
-    middle = (numbers[:-1] + numbers[1:]) / 2
-    x = middle - middle.mean()
+def _likelihood(gaps_mm: Float, numbers: Int, p: SpacingParameters) -> Float:
+    """Return log-likelihoods (...), without their constant, of distances (n - 1,) between vertebrae (..., n)."""
+    middle = (numbers[..., :-1] + numbers[..., 1:]) / 2
+    x = middle - middle.mean(axis=-1, keepdims=True)
     residual = np.log(gaps_mm / np.abs(np.diff(numbers))) - np.log(p.level_mm) - p.trend * x
-    covariance = p.gap_sd**2 * np.eye(len(x)) + p.level_sd**2 + p.trend_sd**2 * np.outer(x, x)
-    chi2 = residual @ np.linalg.solve(covariance, residual)
-    return float(-0.5 * (chi2 + np.linalg.slogdet(covariance)[1]))
+    covariance = p.gap_sd**2 * np.eye(x.shape[-1]) + p.level_sd**2
+    covariance = covariance + p.trend_sd**2 * x[..., :, None] * x[..., None, :]
+    chi2 = (residual * np.linalg.solve(covariance, residual[..., None])[..., 0]).sum(axis=-1)
+    return np.asarray(-0.5 * (chi2 + np.linalg.slogdet(covariance)[1]))
 
 
 def _names(numbers: Int, sequence: Sequence[str]) -> str:
