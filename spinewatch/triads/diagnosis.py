@@ -68,6 +68,19 @@ class DiagnosisParameters:
         Largest difference of a triplet's epipolar distance from a common one, mrad.
     roll_log_odds
         Log-odds by which a rotation about the axis must improve the chain.
+    roll_spread
+        Addition to the largest spread per unit of the largest rotation about the axis.
+    min_across
+        Smallest distance of two triplets across the right image, as a fraction of the focal length, from which a
+        rotation about the axis is determined.
+    min_offset_mrad
+        Smallest epipolar offset that is tried, mrad.
+    offset_separation_mrad
+        Smallest difference between the offsets that are tried, mrad.
+    roll_separation_weight
+        Weight of the rotation about the axis in that difference.
+    exchange_trials, mirror_trials
+        Number of trials, for their logarithm, of exchanged images and of mirrored or turned ones.
     max_offset_features
         Number of features per image for the epipolar offset.
     max_triplets
@@ -99,6 +112,13 @@ class DiagnosisParameters:
     triplet_sd_mrad: float = 0.35
     offset_tolerance_mrad: float = 0.8
     roll_log_odds: float = 4.0
+    roll_spread: float = 8.0
+    min_across: float = 0.05
+    min_offset_mrad: float = 0.5
+    offset_separation_mrad: float = 1.0
+    roll_separation_weight: float = 0.3
+    exchange_trials: int = 4
+    mirror_trials: int = 24
     max_offset_features: int = 70
     max_triplets: int = 60
     max_offsets: int = 3
@@ -279,7 +299,7 @@ def _trials(
 ) -> Iterator[_Trial]:
     """Yield the pair as given, without a cause, and with every mistake undone."""
     yield _Trial("", "", pair, rig, models, 1)
-    yield _Trial(_EXCHANGED, "left and right are exchanged", pair[::-1], rig, models, 4)
+    yield _Trial(_EXCHANGED, "left and right are exchanged", pair[::-1], rig, models, p.exchange_trials)
     for how, mirror in (("mirrored", (True, False)), ("turned upside down", (True, True))):
         for which, changed in (
             ("both images are", (0, 1)),
@@ -292,10 +312,12 @@ def _trials(
             ]
             detail = f"{which} {how}"
             cause = _EXCHANGED if all(mirror) and len(changed) == 2 else detail
-            yield _Trial(cause, detail, (undone[0], undone[1]), rig, models, 24)
+            yield _Trial(cause, detail, (undone[0], undone[1]), rig, models, p.mirror_trials)
     for size in p.sizes:
         detail = f"markers come out {100 * (size - 1):+.0f}% in size: baseline, vergence or marker are not those given"
-        yield _Trial(_SIZE, detail, pair, rig, [scaled(m, size) for m in models], 4 * len(p.sizes))
+        yield _Trial(
+            _SIZE, detail, pair, rig, [scaled(m, size) for m in models], p.exchange_trials * len(p.sizes)
+        )
     for turn, roll in _rotations(pair, rig, search, models, p):
         right = rig.right.moved(np.array([turn, 0.0, roll]), np.zeros(3))
         detail = (
@@ -331,7 +353,7 @@ def _rotations(
     if not len(t.log_odds):
         return []
     reach = np.radians(p.max_rotation_deg) * 1000
-    a, b = np.nonzero(np.triu(~t.exclusive, 1) & (np.abs(t.across[:, None] - t.across) > 0.05))
+    a, b = np.nonzero(np.triu(~t.exclusive, 1) & (np.abs(t.across[:, None] - t.across) > p.min_across))
     roll = (t.distance_mrad[a] - t.distance_mrad[b]) / (t.across[a] - t.across[b])
     plain = np.column_stack([t.distance_mrad, np.zeros(len(t.distance_mrad))])
     rolled = np.column_stack([t.distance_mrad[a] - roll * t.across[a], roll])[np.abs(roll) <= reach]
@@ -341,11 +363,16 @@ def _rotations(
     gain -= p.roll_log_odds * (moves[:, 1] != 0)
     chosen: list[int] = []
     for k in np.argsort(-gain, kind="stable"):
-        if all(np.abs(moves[k] - moves[c]) @ [1.0, 0.3] > 1.0 for c in chosen):
+        if all(
+            np.abs(moves[k] - moves[c]) @ [1.0, p.roll_separation_weight] > p.offset_separation_mrad
+            for c in chosen
+        ):
             chosen.append(int(k))
         if len(chosen) == p.max_offsets:
             break
-    return [(float(x) / 1000, float(z) / 1000) for x, z in moves[chosen] if np.hypot(x, z) >= 0.5]
+    return [
+        (float(x) / 1000, float(z) / 1000) for x, z in moves[chosen] if np.hypot(x, z) >= p.min_offset_mrad
+    ]
 
 
 def _offset_triplets(
@@ -364,7 +391,7 @@ def _offset_triplets(
     zero = np.zeros(len(i))
     points = Points(found.position_mm, found.covariance_mm2, i, j, found.parallax_mm, found.chi2, zero, score)
     distance = distance[i, j]
-    spread = p.triplet_spread_mrad + 8 * np.radians(p.max_rotation_deg)
+    spread = p.triplet_spread_mrad + p.roll_spread * np.radians(p.max_rotation_deg)
     parts, odds = [np.empty((0, 3), dtype=np.intp)], [np.empty(0)]
     for model in models:
         t = identify_triads(points, model, search.identification)
