@@ -1,5 +1,6 @@
 # make run    set up, start the service and measure the sample surgery   (ARGS="--exit" stops after the table)
 # make test   set up and run the tests
+# make test-postgres   the same on PostgreSQL and Redis, where both are installed
 # make check  lint, format, types, import contracts, OpenAPI contract, docstrings, tests that mirror modules, generated pages
 # make bench  accuracy on the sample scenes and speed                    (SCENES=dir for other scenes)
 # make clean  remove the environment and caches; the database in var/ stays
@@ -8,11 +9,11 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; 
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check -qq
-SOURCES := spinewatch contract reports settings store workers service commands migrations bench training checks tests
+SOURCES := spinewatch contract exports reports settings store workers service commands migrations bench training checks tests
 SCENES ?= samples
 ARGS ?=
 
-.PHONY: help run test check bench clean
+.PHONY: help run test test-postgres check bench clean
 
 help:
 	@sed -n "s/^# //p" Makefile
@@ -22,6 +23,9 @@ run: .venv/.runtime
 
 test: .venv/.dev
 	$(BIN)/pytest -n 2 $(ARGS)
+
+test-postgres: .venv/.dev
+	TEST_DATABASE=postgresql $(BIN)/pytest -n 2 $(ARGS)
 
 check: .venv/.dev
 	$(BIN)/ruff check $(SOURCES)
@@ -46,7 +50,8 @@ $(BIN)/python:
 
 .venv/.runtime: requirements.lock pyproject.toml | $(BIN)/python
 	@echo "Installing what Spinewatch needs into .venv ..."
-	@$(PIP) install --require-hashes --requirement requirements.lock
+	@$(BIN)/python -m pip --disable-pip-version-check -q install --progress-bar on --require-hashes \
+		--requirement requirements.lock
 	@$(PIP) install --no-deps --editable .
 	@touch $@
 

@@ -2,6 +2,16 @@
 
 import sys
 
-from checks import architecture, docstrings, flags_page, mirror
+from checks import architecture, codes_page, docstrings, flags_page, limits_page, measures_page, mirror
 
-sys.exit(max(docstrings.main(), mirror.main(), flags_page.main(()), architecture.main(())))
+sys.exit(
+    max(
+        docstrings.main(),
+        mirror.main(),
+        flags_page.main(()),
+        limits_page.main(()),
+        measures_page.main(()),
+        codes_page.main(()),
+        architecture.main(()),
+    )
+)

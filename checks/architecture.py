@@ -16,6 +16,7 @@ PAGE = PROJECT / "docs" / "architecture.md"
 ROOMS = (
     "spinewatch",
     "contract",
+    "exports",
     "reports",
     "settings",
     "store",

@@ -15,7 +15,7 @@ from pathlib import Path
 from docstring_parser import Docstring, DocstringStyle, parse
 
 PROJECT = Path(__file__).parents[1]
-ROOMS = ("spinewatch", "store", "workers", "reports")
+ROOMS = ("spinewatch", "store", "workers", "exports", "reports")
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 

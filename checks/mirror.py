@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 PROJECT = Path(__file__).parents[1]
-ROOMS = ("spinewatch", "contract", "reports", "store", "workers")
+ROOMS = ("spinewatch", "contract", "exports", "reports", "store", "workers")
 DECLARATIONS = frozenset({"spinewatch/arrays", "spinewatch/errors", "spinewatch/progress"})
 """Modules of declarations alone, which other modules' tests exercise."""
 

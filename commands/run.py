@@ -2,15 +2,27 @@
 
 from __future__ import annotations
 
-import socket
+import json
+import ssl
 import sys
 import urllib.request
+from http.client import HTTPException
 from typing import TYPE_CHECKING, Annotated
+from uuid import uuid4
 
 import typer
 
-from commands.shared.configuration import load_settings, migrate_database, start_log
-from spinewatch.errors import SpinewatchError
+from commands.shared.address import require_free_port
+from commands.shared.configuration import (
+    checkpoint,
+    load_settings,
+    migrate_database,
+    require_queue,
+    start_log,
+)
+from commands.shared.exposure import base_url, require_safe_exposure
+from commands.shared.key_making import make_first_key
+from commands.shared.server_options import BehindProxy, Host, Port, TlsCert, TlsKey
 
 if TYPE_CHECKING:
     from settings import Settings
@@ -19,57 +31,61 @@ if TYPE_CHECKING:
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
 
 
-class PortTakenError(SpinewatchError):
-    """The address of the service cannot be bound."""
-
-    code = "port-taken"
-
-
 def run(
-    host: Annotated[
-        str | None, typer.Option(help="Address to listen on.", show_default="SPINEWATCH_HOST or 127.0.0.1")
-    ] = None,
-    port: Annotated[
-        int | None, typer.Option(help="Port to listen on.", show_default="SPINEWATCH_PORT or 8000")
-    ] = None,
+    host: Host = None,
+    port: Port = None,
     workers: Annotated[
         int | None, typer.Option(help="Number of worker processes.", show_default="SPINEWATCH_WORKERS or 2")
     ] = None,
+    tls_cert: TlsCert = None,
+    tls_key: TlsKey = None,
+    behind_proxy: BehindProxy = None,
+    first_key: Annotated[
+        bool, typer.Option(help="On this machine's own address, make an API key when none is valid.")
+    ] = True,
 ) -> None:
     """Migrate the database, start the server and the workers, and restart any that end."""
     from commands.shared.supervisor import Child, Supervisor  # noqa: PLC0415 - --help does not need it
 
-    settings = load_settings(host=host, port=port, workers=workers)
+    settings = load_settings(
+        host=host,
+        port=port,
+        workers=workers,
+        tls_cert=tls_cert,
+        tls_key=tls_key,
+        behind_proxy=behind_proxy,
+    )
+    require_safe_exposure(settings)
     start_log(settings)
     require_free_port(settings.host, settings.port)
-    migrate_database(settings)
+    kept = migrate_database(settings)
+    if kept is not None:
+        typer.echo(f"The database as it was before is kept as {kept}")
+    require_queue(settings)
+    key = make_first_key(settings) if first_key else None
+    if key is not None:
+        typer.echo(f"First API key, shown only here: {key}")
     command = [sys.executable, "-m", "commands"]
     children = [Child("serve", [*command, "serve"])]
     children += [Child(f"worker-{n + 1}", [*command, "worker"]) for n in range(settings.workers)]
-    supervisor = Supervisor(children, {**_ONE_THREAD, **settings.environment()})
-    raise typer.Exit(supervisor.run(_ReadyMessage(settings)))
-
-
-def require_free_port(host: str, port: int) -> None:
-    """Raise ``PortTakenError`` unless a server can listen on this address."""
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    with socket.socket(family) as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            probe.bind((host, port))
-        except OSError as error:
-            raise PortTakenError(
-                f"cannot listen on {host} port {port}: {error.strerror}; choose another with --port"
-            ) from error
+    settings = settings.model_copy(update={"instance_id": settings.instance_id or uuid4().hex})
+    supervisor = Supervisor(children, {**_ONE_THREAD, **settings.environment()}, settings.watchdog_seconds)
+    status = supervisor.run(_ReadyMessage(settings, key))
+    checkpoint(settings)
+    raise typer.Exit(status)
 
 
 class _ReadyMessage:
     """Prints the address of the service on stdout, once, when the service is ready."""
 
-    def __init__(self, settings: Settings) -> None:
-        host = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}.get(settings.host, settings.host)  # noqa: S104
-        self._url = f"http://{host}:{settings.port}"
-        self._opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
+    def __init__(self, settings: Settings, first_key: str | None) -> None:
+        self._url = base_url(settings)
+        self._instance = settings.instance_id
+        self._first_key = first_key
+        unverified = ssl._create_unverified_context()  # noqa: S323 - its own server; no secret is sent
+        self._opener = urllib.request.build_opener(
+            urllib.request.ProxyHandler({}), urllib.request.HTTPSHandler(context=unverified)
+        )
         self._printed = False
 
     def __call__(self) -> None:
@@ -77,11 +93,14 @@ class _ReadyMessage:
             return
         self._printed = True
         typer.echo(f"Spinewatch serves at {self._url} (API documentation: {self._url}/docs)")
+        if self._first_key is not None:
+            typer.echo(f"Open {self._url}/#key={self._first_key}")
         sys.stdout.flush()
 
     def _ready(self) -> bool:
+        """Return whether the server that this process started answers, and no other one."""
         try:
-            with self._opener.open(f"{self._url}/v1/health", timeout=1) as response:
-                return bool(response.status == 200)
-        except OSError:
+            with self._opener.open(f"{self._url}/health/live", timeout=1) as response:
+                return bool(json.load(response)["instance"] == self._instance)
+        except (OSError, ValueError, LookupError, TypeError, HTTPException):
             return False

@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from commands.shared.key_option import Key
 from spinewatch.errors import SpinewatchError
 
 SAMPLES = Path(__file__).parents[1] / "samples"
@@ -31,6 +32,7 @@ def sample(
     port: Annotated[
         int, typer.Option(help="Port of the service started here; the next free one if it is in use.")
     ] = 8000,
+    key: Key = None,
     samples: Annotated[Path, typer.Option(help="Folder that contains the sample surgery D1.")] = SAMPLES,
 ) -> None:
     """Measure the stages PRE, INTER and POST of the sample surgery, print the results, and keep serving."""
@@ -42,13 +44,13 @@ def sample(
     from commands.shared.sample_surgery import measure_surgery  # noqa: PLC0415
 
     if url is not None:
-        with ApiClient(url) as client:
+        with ApiClient(url, key=key) as client:
             raise typer.Exit(0 if measure_surgery(client, folder) else 1)
     signal.signal(
         signal.SIGTERM, lambda *_: sys.exit(0)
     )  # unwinds the stack, so that the service is stopped too
     with LocalService(data_dir, port) as service:
-        with ApiClient(service.url) as client:
+        with ApiClient(service.url, key=service.key) as client:
             succeeded = measure_surgery(client, folder)
         if not exit_after:
             service.serve_until_interrupted()

@@ -3,41 +3,36 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from typing import Annotated
 
 import typer
 
+from commands.shared.address import require_free_port
 from commands.shared.configuration import load_settings, require_database, require_queue, start_log
+from commands.shared.exposure import require_safe_exposure
+from commands.shared.server_options import BehindProxy, Host, Port, TlsCert, TlsKey
+from commands.shared.watchdog import notifier
 
 
 def serve(
-    host: Annotated[
-        str | None, typer.Option(help="Address to listen on.", show_default="SPINEWATCH_HOST or 127.0.0.1")
-    ] = None,
-    port: Annotated[
-        int | None, typer.Option(help="Port to listen on.", show_default="SPINEWATCH_PORT or 8000")
-    ] = None,
+    host: Host = None,
+    port: Port = None,
+    tls_cert: TlsCert = None,
+    tls_key: TlsKey = None,
+    behind_proxy: BehindProxy = None,
 ) -> None:
     """Serve the HTTP API; jobs run only while a `spinewatch worker` runs too."""
-    settings = load_settings(host=host, port=port)
+    settings = load_settings(
+        host=host, port=port, tls_cert=tls_cert, tls_key=tls_key, behind_proxy=behind_proxy
+    )
+    require_safe_exposure(settings)
     require_database(settings)
     require_queue(settings)
+    require_free_port(settings.host, settings.port)
     start_log(settings)
-    import uvicorn  # noqa: PLC0415 - neither --help nor a failed check needs it
+    from service.app import create_app  # noqa: PLC0415 - neither --help nor a failed check needs them
+    from service.server import make_server  # noqa: PLC0415
 
-    from service.app import create_app  # noqa: PLC0415
-
-    server = uvicorn.Server(
-        uvicorn.Config(
-            create_app(settings),
-            host=settings.host,
-            port=settings.port,
-            log_config=None,
-            access_log=False,
-            server_header=False,
-            timeout_graceful_shutdown=3,
-        )
-    )
+    server = make_server(create_app(settings), settings, notifier())
     with suppress(KeyboardInterrupt):  # raised again after a graceful shutdown
         server.run()
     if not server.started:

@@ -10,7 +10,7 @@ from contract.base import Schema
 
 
 class Image(Schema):
-    """An image file as it was sent."""
+    """An image file as it is stored: as it was sent, without metadata."""
 
     sha256: Annotated[str, Field(description="SHA-256 of the file, hexadecimal.")]
     media_type: Annotated[str, Field(description="Media type of the file.", examples=["image/png"])]

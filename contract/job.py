@@ -38,7 +38,9 @@ class Job(Schema):
     state: Annotated[JobState, Field(description="State of the job.")]
     progress: Annotated[float, Field(ge=0, le=1, description="Fraction of the work that is done.")]
     step: Annotated[str | None, Field(description="The current step.", examples=["detect"])]
-    attempts: Annotated[int, Field(description="Number of times that a worker has started it.")]
+    attempts: Annotated[
+        int, Field(description="Number of attempts, without those whose worker ended or was stopped.")
+    ]
     error: Annotated[Problem | None, Field(description="Why it failed.")]
     created_at: Timestamp
     started_at: Annotated[Timestamp | None, Field(description="Start of the first attempt; null before.")]

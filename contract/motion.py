@@ -8,17 +8,11 @@ from pydantic import ConfigDict, Field
 
 from contract.base import Identifier, Matrix3, Number, Schema, StageName, Vector3, Vertebra
 from contract.flag import Flag
+from contract.spine import VertebraChange
+from contract.stage_reference import StageReference
 
 if TYPE_CHECKING:
     import spinewatch.spine.motion
-
-
-class StageReference(Schema):
-    """The take of a stage that a result was derived from."""
-
-    name: StageName
-    take: Annotated[int, Field(description="Number of the take.")]
-    calibration_id: Annotated[Identifier, Field(description="Identifier of the calibration.")]
 
 
 class VertebraMotion(Schema):
@@ -64,6 +58,21 @@ class MissingMotion(Schema):
     reason: Annotated[str, Field(description="Why it has no motion.")]
 
 
+class BodyMotion(Schema):
+    """Motion of the bodies of the vertebrae with a marker, in patient axes."""
+
+    setup_revision: Annotated[int, Field(description="Revision of the setup that it was computed with.")]
+    frame: Annotated[
+        str,
+        Field(
+            description="Name of the coordinate system.",
+            examples=["patient axes at stage PRE, fixed to L1; origin at its centroid at PRE"],
+        ),
+    ]
+    assumed: Annotated[bool, Field(description="Whether the initial configuration is a generic spine.")]
+    vertebrae: Annotated[list[VertebraChange], Field(description="Motion of each vertebra, cranial first.")]
+
+
 class Motion(Schema):
     """Motion of every vertebra that was measured in both stages, relative to the reference vertebra."""
 
@@ -83,3 +92,10 @@ class Motion(Schema):
     flags: Annotated[
         list[StageFlag], Field(description="Flags of both stages, those of the first stage first.")
     ]
+    bodies: Annotated[
+        BodyMotion | None,
+        Field(description="Motion of the vertebral bodies; null without a setup of the spine."),
+    ] = None
+    bodies_reason: Annotated[
+        str | None, Field(description="Why there is no motion of the bodies; null when there is.")
+    ] = None

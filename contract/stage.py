@@ -11,9 +11,11 @@ from pydantic import Field
 from pydantic_core import to_jsonable_python
 
 from contract.base import Identifier, Number, Schema, StageName, Timestamp, Vector2, Vector3
+from contract.burst import Burst, LabelSource
 from contract.flag import Flag
 from contract.image import ImagePair
 from contract.job import Job, JobState
+from contract.revision import Revision
 from contract.triad import Triad
 
 if TYPE_CHECKING:
@@ -153,6 +155,23 @@ class StageResult(Schema):
     ] = None
     parameters: Annotated[dict[str, Any], Field(description="All parameters of the method, as they ran.")]
     features: Annotated[FeaturePair, Field(description="Possible ball centres, best score first.")]
+    view_delay_s: Annotated[
+        Number | None,
+        Field(
+            description="Time of the right exposure minus that of the left one, s; null without these times."
+        ),
+    ] = None
+    labelled_by: Annotated[
+        LabelSource | None,
+        Field(description="What decided on the labels; null when the images of this stage did."),
+    ] = None
+    burst: Annotated[
+        Burst | None,
+        Field(
+            description="The pairs of a burst, null for a single pair. Poses are then means over it; balls, features,"
+            " fields, exposure and the check of the rig are those of one pair, the first that shows them."
+        ),
+    ] = None
 
     @classmethod
     def of(
@@ -195,14 +214,29 @@ class Stage(Schema):
     ]
     calibration_id: Annotated[Identifier, Field(description="Identifier of the calibration.")]
     captured_at: Annotated[Timestamp | None, Field(description="Time of capture as sent; null when unknown.")]
+    left_exposed_at: Annotated[
+        Timestamp | None, Field(description="Time of exposure of the left view as sent, of the first pair.")
+    ] = None
+    right_exposed_at: Annotated[
+        Timestamp | None, Field(description="Time of exposure of the right view as sent, of the first pair.")
+    ] = None
     created_at: Timestamp
-    images: Annotated[ImagePair, Field(description="The two images.")]
+    images: Annotated[ImagePair, Field(description="The two images, of the first pair.")]
+    pairs: Annotated[int, Field(ge=1, description="Number of stereo pairs: 1, or those of a burst.")] = 1
     state: Annotated[JobState, Field(description="State of the job that measures it.")]
     job: Annotated[Job, Field(description="The job that measures it.")]
     features: Annotated[CountPair | None, Field(description="Number of features.")]
     triads: Annotated[int | None, Field(description="Number of triads.")]
     flags: Annotated[list[Flag] | None, Field(description="Doubts about the result.")]
     version: Annotated[str | None, Field(description="Version of Spinewatch that measured it.")]
+    labelled_by: Annotated[
+        LabelSource | None,
+        Field(description="What decided on the labels; null when the images of this stage did."),
+    ] = None
+    revision: Annotated[
+        Revision | None,
+        Field(description="What was changed of an earlier take; null for a take with images of its own."),
+    ] = None
 
 
 class StageTriads(Schema):
@@ -222,6 +256,14 @@ class StageTriads(Schema):
         str | None, Field(description="Version of the template set; null in results of version 0.1.0.")
     ]
     version: Annotated[str, Field(description="Version of Spinewatch that measured it.")]
+    labelled_by: Annotated[
+        LabelSource | None,
+        Field(description="What decided on the labels; null when the images of this stage did."),
+    ] = None
+    revision: Annotated[
+        Revision | None,
+        Field(description="What was changed of an earlier take; null for a take with images of its own."),
+    ] = None
 
 
 class StageFeatures(Schema):

@@ -8,6 +8,7 @@ from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
 from contract.base import Identifier, Schema, StageName, Timestamp, Vertebra
 from contract.job import JobState
+from contract.text import visible
 from spinewatch.levels import canonical_name, vertebra_names
 
 SpineAxis = Literal["x", "y", "auto"]
@@ -16,6 +17,7 @@ VertebraName = Annotated[
     Field(
         min_length=1,
         max_length=16,
+        pattern=r"\S",
         description="Vertebra of C1-C7, T1-T12, L1-L5 and S1, or a declared extra level; l1 and T09 are stored as L1"
         " and T9.",
         examples=["T11"],
@@ -43,7 +45,13 @@ class NewSurgery(Schema):
 
     reference: Annotated[
         str,
-        Field(min_length=1, max_length=100, description="The hospital's own case number; never a name."),
+        Field(
+            min_length=1,
+            max_length=64,
+            description="The hospital's own case number; never a name. Numbers, with letters between them or one short"
+            " word before them, unless the site has set another pattern.",
+        ),
+        AfterValidator(visible),
     ]
     vertebrae: Annotated[
         list[VertebraName],

@@ -2,28 +2,88 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from datetime import timedelta
 from importlib.metadata import version
+from uuid import uuid4
 
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
+from fastapi.middleware.cors import CORSMiddleware
 from fastapi.responses import RedirectResponse
 from fastapi.routing import APIRoute
 from fastapi_offline import FastAPIOffline
 
-from service import openapi, problems
+from service import idempotency, openapi, problems
+from service.access import Access
+from service.declared_routes import SCOPE_KEY, DeclaredRoutes
+from service.dependencies import problems as problem_responses
 from service.forms.calibration import MAX_SHOTS
+from service.forms.stage import MAX_PAIRS
+from service.key_use import KeyUse
+from service.limits import max_body_bytes
+from service.metrics import Metrics, RequestMetrics, server_registry
 from service.middleware.body_limit import BodyLimit
+from service.middleware.compression import Compression
+from service.middleware.declared_request import DeclaredRequest
 from service.middleware.head import Head
+from service.middleware.hosts import AllowedHosts
+from service.middleware.json_check import JSONCheck
+from service.middleware.origins import OwnOrigin
+from service.middleware.refusals import Refusals
 from service.middleware.request_log import RequestLog
-from service.routes import calibration_checks, calibrations, health, jobs, motion, stages, surgeries
+from service.middleware.uploads import UploadTurns
+from service.presence import require_present
+from service.readiness import ReadinessChecks
+from service.routes import (
+    audit,
+    calibration_checks,
+    calibrations,
+    changes,
+    events,
+    exports,
+    health,
+    jobs,
+    keys,
+    legacy_motion,
+    measures,
+    metrics,
+    motion,
+    radiographs,
+    session,
+    spine,
+    stages,
+    summary,
+    surgeries,
+)
+from service.watch import Watch
 from settings import Settings
 from store.database import Database
 from store.queue import JobQueue
 
-_ROUTES = (calibrations, calibration_checks, surgeries, stages, motion, jobs, health)
-_FORM_LIMITS = {"max_files": 2 * MAX_SHOTS + 8, "max_fields": 16}
+_ROUTES = (
+    calibrations,
+    calibration_checks,
+    surgeries,
+    stages,
+    motion,
+    legacy_motion,
+    radiographs,
+    spine,
+    measures,
+    summary,
+    exports,
+    jobs,
+    changes,
+    events,
+    session,
+    keys,
+    audit,
+    health,
+    metrics,
+)
+_FORM_LIMITS = {"max_files": 2 * max(MAX_SHOTS, MAX_PAIRS) + 8, "max_fields": 2 * MAX_PAIRS + 16}
 _DESCRIPTION = """\
 Measures stereo pairs of triad markers: labelled triads, and the motion of the vertebrae between stages. Lengths are in
 mm, angles in degrees, times in UTC. Pixel coordinates are u to the right and v down; an integer is the centre of a
@@ -37,11 +97,21 @@ def create_app(settings: Settings) -> FastAPI:
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         app.state.database = Database(settings.database_url)
         app.state.queue = JobQueue(settings.queue)
+        app.state.key_use = KeyUse(app.state.database)
+        app.state.session_duration = timedelta(hours=settings.session_hours)
         app.state.clock_tolerance = timedelta(seconds=settings.clock_tolerance_seconds)
+        app.state.reference_pattern = settings.case_number
+        app.state.instance = settings.instance_id or uuid4().hex
+        app.state.readiness = ReadinessChecks(app.state.database, app.state.queue, settings)
+        app.state.metrics = Metrics(app.state.database, app.state.queue, settings, registry)
+        app.state.stopping = asyncio.Event()  # set when the server stops: streams wait for it
+        app.state.watch = Watch(app.state.database, app.state.stopping)
         yield
         app.state.queue.close()
         app.state.database.close()
+        app.state.database.checkpoint()
 
+    registry = server_registry()
     app = FastAPIOffline(
         docs_url="/docs",
         redoc_url=None,
@@ -52,16 +122,51 @@ def create_app(settings: Settings) -> FastAPI:
         lifespan=lifespan,
         generate_unique_id_function=_operation_id,
         form_limits=_FORM_LIMITS,
+        redirect_slashes=False,
+        responses=dict(problem_responses(400, 403, 421, 422)),
     )
     for resource in _ROUTES:
-        app.include_router(resource.router)
+        app.include_router(resource.router, dependencies=[Depends(require_present)])
     app.add_api_route("/", _redirect_to_docs, include_in_schema=False)
     problems.install(app)
+    idempotency.install(app)
     openapi.install(app)
+    declared = DeclaredRoutes(route for resource in _ROUTES for route in resource.router.routes)
+    _limit_requests(app, settings, declared)
     app.add_middleware(Head)
-    app.add_middleware(BodyLimit, max_bytes=settings.max_upload_bytes)
-    app.add_middleware(RequestLog)  # the last one added is the outermost
+    app.add_middleware(Refusals, routes=declared)
+    # the last one added is the outermost
+    app.add_middleware(RequestLog, routes=declared, count=RequestMetrics(registry).add)
     return app
+
+
+def _limit_requests(app: FastAPI, settings: Settings, declared: DeclaredRoutes) -> None:
+    """Refuse requests from headers alone, then bodies while they arrive; the last one added decides first."""
+    app.add_middleware(Compression)
+    app.add_middleware(JSONCheck)
+    app.add_middleware(
+        UploadTurns,
+        total_bytes=2 * settings.max_upload_bytes,
+        timeout_s=settings.body_timeout_seconds,
+    )
+    app.add_middleware(
+        BodyLimit,
+        max_bytes=lambda scope: max_body_bytes(scope.get(SCOPE_KEY), settings),
+        timeout_s=settings.body_timeout_seconds,
+    )
+    app.add_middleware(DeclaredRequest, routes=declared)
+    app.add_middleware(Access, routes=declared)
+    origins = settings.listed("allowed_origins")
+    app.add_middleware(OwnOrigin, allowed=origins)
+    if origins:
+        app.add_middleware(
+            CORSMiddleware,
+            allow_origins=origins,
+            allow_methods=["*"],
+            allow_headers=["*"],
+            expose_headers=["ETag", "Location", "Retry-After", "X-Request-ID"],
+        )
+    app.add_middleware(AllowedHosts, names=[settings.host, *settings.listed("allowed_hosts")])
 
 
 def _operation_id(route: APIRoute) -> str:

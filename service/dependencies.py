@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from datetime import timedelta
 from typing import Annotated, Any
 
@@ -10,11 +11,14 @@ from fastapi import Depends, HTTPException, Request
 
 from contract.event import Actor, ActorKind
 from contract.problem import Problem
+from service.access import PRINCIPAL, Principal
+from service.forms.parts import check_parts
 from service.problems import STATUS_NAMES
 from store.database import Database
 from store.queue import JobQueue
 
 _MAX_NAME_LENGTH = 128
+_MAX_ADDRESS_LENGTH = 64
 _log = structlog.get_logger("service")
 
 
@@ -28,9 +32,29 @@ def _queue(request: Request) -> JobQueue:
     return queue
 
 
+def _principal(request: Request) -> Principal:
+    principal: Principal | None = getattr(request.state, PRINCIPAL, None)
+    if principal is None:
+        raise RuntimeError(
+            "the route needs no key, so that nobody is known; give it a scope in service/scopes.py"
+        )
+    return principal
+
+
+def _known(request: Request) -> bool:
+    return getattr(request.state, PRINCIPAL, None) is not None
+
+
 def _actor(request: Request) -> Actor:
-    name = "unknown" if request.client is None else request.client.host
-    return Actor(kind=ActorKind.HTTP, name=name[:_MAX_NAME_LENGTH])
+    address = "unknown" if request.client is None else request.client.host[:_MAX_ADDRESS_LENGTH]
+    principal: Principal | None = getattr(request.state, PRINCIPAL, None)
+    return Actor(
+        kind=ActorKind.HTTP,
+        name=address if principal is None else f"{principal.prefix} {principal.name}"[:_MAX_NAME_LENGTH],
+        key=None if principal is None else principal.prefix,
+        address=address,
+        request_id=getattr(request.state, "request_id", None),
+    )
 
 
 def _clock_tolerance(request: Request) -> timedelta:
@@ -38,9 +62,17 @@ def _clock_tolerance(request: Request) -> timedelta:
     return tolerance
 
 
+def _reference_pattern(request: Request) -> re.Pattern[str]:
+    pattern: re.Pattern[str] = request.app.state.reference_pattern
+    return pattern
+
+
 DatabaseDep = Annotated[Database, Depends(_database)]
 QueueDep = Annotated[JobQueue, Depends(_queue)]
 ActorDep = Annotated[Actor, Depends(_actor)]
+KnownDep = Annotated[bool, Depends(_known)]
+PrincipalDep = Annotated[Principal, Depends(_principal)]
+ReferencePatternDep = Annotated[re.Pattern[str], Depends(_reference_pattern)]
 ClockToleranceDep = Annotated[timedelta, Depends(_clock_tolerance)]
 
 
@@ -49,9 +81,15 @@ def json_body(request: Request) -> None:
     _require_media_type(request, "application/json")
 
 
-def multipart_body(request: Request) -> None:
-    """Require a body of media type multipart/form-data."""
+async def multipart_body(request: Request) -> None:
+    """Require a body of media type multipart/form-data whose parts can be used."""
     _require_media_type(request, "multipart/form-data")
+    await check_parts(request)
+
+
+def csv_body(request: Request) -> None:
+    """Require a body of media type text/csv."""
+    _require_media_type(request, "text/csv")
 
 
 def _require_media_type(request: Request, required: str) -> None:
@@ -67,6 +105,11 @@ def enqueue(queue: JobQueue, job_id: str) -> None:
     except Exception:
         _log.warning("job_not_enqueued", job_id=job_id, exc_info=True)
 
+
+CREATED: dict[int | str, dict[str, Any]] = {
+    201: {"headers": {"Location": {"description": "Path of what was made.", "schema": {"type": "string"}}}}
+}
+"""OpenAPI response of a route that makes something."""
 
 ACCEPTED: dict[int | str, dict[str, Any]] = {
     202: {"headers": {"Location": {"description": "Path of the job.", "schema": {"type": "string"}}}}

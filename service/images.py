@@ -14,7 +14,12 @@ from store import images, tables
 SidePath = Annotated[Literal["left", "right"], Path(description="The view: left or right.")]
 IfNoneMatch = Annotated[str | None, Header(description="ETags that the client has.")]
 FILE_RESPONSES: dict[int | str, dict[str, Any]] = {
-    200: {"content": {"image/*": {"schema": {"type": "string", "format": "binary"}}}},
+    200: {
+        "content": {
+            media_type: {"schema": {"type": "string", "format": "binary"}}
+            for media_type in ("image/jpeg", "image/png", "image/tiff", "image/x-sun-raster")
+        }
+    },
     304: {"description": "The ETag is in If-None-Match."},
     **problems(404, 422),
 }
@@ -22,18 +27,19 @@ FILE_RESPONSES: dict[int | str, dict[str, Any]] = {
 
 def image_pair(left: tables.Image, right: tables.Image) -> ImagePair:
     """Return the model of two rows."""
-    return ImagePair(left=_image(left), right=_image(right))
+    return ImagePair(left=image_of(left), right=image_of(right))
 
 
 def file_response(session: Session, image: tables.Image, if_none_match: str | None) -> Response:
-    """Return the original file with its SHA-256 as the ETag, or 304 if the client has it."""
+    """Return the stored file with its SHA-256 as the ETag, or 304 if the client has it."""
     headers = {"ETag": f'"{image.sha256}"', "X-Content-Type-Options": "nosniff"}
     if if_none_match and image.sha256 in if_none_match:
         return Response(status_code=304, headers=headers)
     return Response(images.content(session, image.sha256), media_type=image.media_type, headers=headers)
 
 
-def _image(row: tables.Image) -> Image:
+def image_of(row: tables.Image) -> Image:
+    """Return the model of a row."""
     return Image(
         sha256=row.sha256,
         media_type=row.media_type,

@@ -10,6 +10,7 @@ from typing import Any
 
 from fastapi import FastAPI
 
+from service.openapi_access import declare_access
 from service.problems import MEDIA_TYPE
 
 CONTRACT = Path(__file__).parent.parent / "openapi" / "openapi.json"
@@ -24,7 +25,9 @@ def install(app: FastAPI) -> None:
 
     def openapi() -> dict[str, Any]:
         if app.openapi_schema is None:
-            _declare_problems(generate())
+            document = generate()
+            _declare_problems(document)
+            declare_access(document)
         return generate()
 
     app.openapi = openapi  # type: ignore[method-assign]
@@ -36,8 +39,12 @@ def text(app: FastAPI) -> str:
 
 
 def _declare_problems(document: dict[str, Any]) -> None:
-    for operation in (operation for path in document["paths"].values() for operation in path.values()):
+    for path, operation in (
+        (path, operation) for path, methods in document["paths"].items() for operation in methods.values()
+    ):
         responses = operation["responses"]
+        if "{surgery_id}" in path:
+            responses["410"] = {**responses["500"], "description": "Gone"}
         for status in [status for status in responses if int(status) >= _FIRST_ERROR]:
             (content,) = responses[status]["content"].values()
             schema = content["schema"]

@@ -1,4 +1,4 @@
-"""Path, query and form parameters: identifiers, pages of lists, and times, which must be plausible."""
+"""Path, query and form parameters: identifiers, and times, which must be plausible."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 from datetime import UTC, datetime, timedelta
 from typing import Annotated, Any
 
-from fastapi import Path, Query
+from fastapi import Path
 from pydantic import BeforeValidator
 
 from service.problems import InvalidInputError
@@ -37,10 +37,15 @@ def parse_time(value: Any) -> Any:
         raise ValueError("outside the years 1 to 9999") from error
 
 
-SurgeryId = Annotated[str, Path(description="Identifier of the surgery.")]
-CalibrationId = Annotated[str, Path(description="Identifier of the calibration.")]
-JobId = Annotated[str, Path(description="Identifier of the job.")]
-StagePath = Annotated[str, Path(description="Name of the stage; its latest take is shown.")]
+_DECLARED = {"pattern": "^[A-Za-z0-9._-]{1,64}$"}
+"""Pattern of identifiers and names in the contract; anything else is not found, so that it is not checked."""
+
+SurgeryId = Annotated[str, Path(description="Identifier of the surgery.", json_schema_extra=_DECLARED)]
+CalibrationId = Annotated[
+    str, Path(description="Identifier of the calibration.", json_schema_extra=_DECLARED)
+]
+JobId = Annotated[str, Path(description="Identifier of the job.", json_schema_extra=_DECLARED)]
+StagePath = Annotated[str, Path(description="Name of the stage.", json_schema_extra=_DECLARED)]
 
 TextTime = Annotated[datetime, BeforeValidator(parse_time)]
 """A time in a query or a form."""
@@ -62,7 +67,3 @@ def require_plausible_time(
     problem = f"{given} is before {_EARLIEST.year}" if time < _EARLIEST else f"{given} is in the future"
     error = TimeImplausibleError(f"{problem}; set the clock, or leave the time out when it is unknown")
     raise InvalidInputError(name, error, part=part)
-
-
-Limit = Annotated[int, Query(ge=1, le=200, description="Maximum number of items to return.")]
-Offset = Annotated[int, Query(ge=0, le=2**31, description="Number of items to skip, from the oldest.")]

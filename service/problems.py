@@ -3,41 +3,80 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Awaitable, Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
 from http import HTTPStatus
+from itertools import islice
 from typing import Any
 
 import structlog
 from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
-from sqlalchemy.exc import OperationalError
+from sqlalchemy.exc import SQLAlchemyError
 from starlette.exceptions import HTTPException
-from starlette.routing import compile_path
 
 from contract.problem import FieldError, Problem
-from spinewatch.errors import RigError, SpinewatchError
+from contract.setup_checks import SpineSetupError
+from service.declared_routes import DeclaredRoutes
+from service.etags import PreconditionFailedError, PreconditionRequiredError
+from service.limits import MAX_ERRORS
+from spinewatch.errors import MissingPackageError, RigError, SpinewatchError
 from spinewatch.levels import ExtraLevelError, LevelError
-from store.errors import ConflictError, DatabaseNotReadyError, NotFoundError
+from store.errors import (
+    ConflictError,
+    DatabaseNotReadyError,
+    ImageDamagedError,
+    NotFoundError,
+    StageExistsError,
+    SurgeryDeletedError,
+)
+from store.unavailable import is_unavailable
 
 MEDIA_TYPE = "application/problem+json"
+
+
+class KeyRequiredError(SpinewatchError):
+    """The request needs the API key itself, not a session made from one."""
+
+    code = "key-required"
+
 
 _TYPE = "urn:spinewatch:problem:"
 _STATUS: tuple[tuple[type[SpinewatchError], int], ...] = (
     (NotFoundError, 404),
     (ConflictError, 409),
     (DatabaseNotReadyError, 503),
+    (MissingPackageError, 501),
+    (KeyRequiredError, 403),
+    (SurgeryDeletedError, 410),
+    (PreconditionFailedError, 412),
+    (PreconditionRequiredError, 428),
+    (ImageDamagedError, 500),
 )
 STATUS_NAMES = {
     400: "bad-request",
+    401: "unauthorized",
+    403: "forbidden",
     404: "not-found",
     405: "method-not-allowed",
+    408: "request-timeout",
     409: "conflict",
+    410: "gone",
+    412: "precondition-failed",
     413: "content-too-large",
+    414: "uri-too-long",
     415: "unsupported-media-type",
+    417: "expectation-failed",
+    421: "misdirected-request",
     422: "unprocessable-content",
+    428: "precondition-required",
+    429: "too-many-requests",
+    431: "headers-too-large",
     500: "internal-error",
+    501: "not-implemented",
     503: "service-unavailable",
+    505: "http-version-not-supported",
+    507: "insufficient-storage",
 }
 """Codes of problems without their own; ``http.HTTPStatus`` has other names in other versions of Python."""
 
@@ -81,12 +120,20 @@ def problem_response(
     return JSONResponse(body, problem.status, headers=headers, media_type=MEDIA_TYPE)
 
 
+def field_errors(entries: Iterable[tuple[Sequence[str | int], str, str]]) -> list[FieldError]:
+    """Return the errors of a problem from place, sentence and kind; at most ``MAX_ERRORS``."""
+    return [
+        FieldError(loc=[_safe(part) for part in place], msg=sentence, type=kind)
+        for place, sentence, kind in islice(entries, MAX_ERRORS)
+    ]
+
+
 def install(app: FastAPI) -> None:
     """Answer every error raised by a route with a problem."""
     app.add_exception_handler(HTTPException, _handler(_http_problem))
     app.add_exception_handler(RequestValidationError, _handler(_validation_problem))
     app.add_exception_handler(SpinewatchError, _handler(_named_problem))
-    app.add_exception_handler(OperationalError, _handler(_database_problem))
+    app.add_exception_handler(SQLAlchemyError, _handler(_database_error))
 
 
 def _handler(
@@ -103,13 +150,15 @@ def _handler(
 
 def _allowed_methods(request: Request) -> list[str]:
     """Return the methods of all routes at a path; the error itself has only those of the first."""
-    paths = request.app.openapi()["paths"]
-    matching = (path for path in paths if compile_path(path)[0].match(request.url.path))
-    methods = {method.upper() for path in matching for method in paths[path]} or {"GET"}
-    return sorted(methods | {"HEAD"} if "GET" in methods else methods)
+    return DeclaredRoutes(request.app.routes).methods(request.url.path) or ["GET", "HEAD"]
 
 
 def _http_problem(error: HTTPException) -> tuple[Problem, Mapping[str, str] | None]:
+    if isinstance(error.__cause__, OSError) and error.status_code == HTTPStatus.BAD_REQUEST:
+        _log.error("upload_not_stored", error=str(error.__cause__.strerror))
+        return problem(
+            507, "the upload cannot be stored; make room in the folder TMPDIR of the service"
+        ), None
     detail = {
         404: "there is no such path; see /docs",
         405: "this path does not support this method; see the Allow header",
@@ -118,14 +167,14 @@ def _http_problem(error: HTTPException) -> tuple[Problem, Mapping[str, str] | No
 
 
 def _validation_problem(error: RequestValidationError) -> tuple[Problem, None]:
-    errors = [
-        FieldError(loc=[_safe(part) for part in entry["loc"]], msg=entry["msg"], type=entry["type"])
-        for entry in error.errors()
-    ]
-    return problem(422, "the request does not match its schema; see errors", "invalid-request", errors), None
+    found = error.errors()
+    shown = f"the first {MAX_ERRORS} of {len(found)} " if len(found) > MAX_ERRORS else ""
+    detail = f"the request does not match its schema; see {shown}errors"
+    entries = [(entry["loc"], entry["msg"], entry["type"]) for entry in found[:MAX_ERRORS]]
+    return problem(422, detail, "invalid-request", field_errors(entries)), None
 
 
-def _named_problem(error: SpinewatchError) -> tuple[Problem, None]:
+def _named_problem(error: SpinewatchError) -> tuple[Problem, Mapping[str, str] | None]:
     status = next((status for kind, status in _STATUS if isinstance(error, kind)), 422)
     errors = None
     if isinstance(error, RigError):
@@ -134,13 +183,25 @@ def _named_problem(error: SpinewatchError) -> tuple[Problem, None]:
         field = "extra_levels" if isinstance(error, ExtraLevelError) else "vertebrae"
         loc: list[str | int] = ["body", field] if error.index is None else ["body", field, error.index]
         errors = [FieldError(loc=loc, msg=str(error), type=error.code)]
+    elif isinstance(error, SpineSetupError):
+        errors = [FieldError(loc=["body", *error.path], msg=str(error), type=error.code)]
     elif isinstance(error, InvalidInputError):
         errors = [FieldError(loc=error.loc, msg=str(error), type=error.code)]
-    return problem(status, str(error), error.code, errors), None
+    headers = None
+    if isinstance(error, StageExistsError) and error.job_id is not None:
+        headers = {"Location": f"/v1/jobs/{error.job_id}"}
+    return problem(status, str(error), error.code, errors), headers
 
 
-def _database_problem(error: OperationalError) -> tuple[Problem, Mapping[str, str]]:
-    _log.error("database_unavailable", error=str(error.orig))
+def _database_error(error: SQLAlchemyError) -> tuple[Problem, Mapping[str, str]]:
+    if not is_unavailable(error):
+        raise error
+    return database_problem(error)
+
+
+def database_problem(error: SQLAlchemyError) -> tuple[Problem, Mapping[str, str]]:
+    """Return the problem of a database that cannot be used now."""
+    _log.error("database_unavailable", error=str(getattr(error, "orig", error)))
     return problem(503, "the database is not available; try again", "database-unavailable"), {
         "Retry-After": "1"
     }

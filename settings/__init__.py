@@ -2,20 +2,67 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 from sqlalchemy.engine import make_url
 
+PREFIX = "SPINEWATCH_"
+"""The beginning of every environment variable that is a setting."""
+
+_OF_COMMANDS = frozenset({"KEY"})
+"""Variables with the prefix that are options of commands: the API key that they send."""
+
+_CLIENT_VARIABLES = frozenset({"KEY"})
+"""Variables with the prefix that commands read which ask a service, and that are no settings of it."""
+
+_PART = (
+    r"(?>[A-Za-z]{0,3}[0-9]++(?:[A-Za-z]{1,3}[0-9]++)*+[A-Za-z]{0,3}+(?![A-Za-z0-9])"
+    r"|(?=[a-f]*+[0-9])[0-9a-f]{4,32}+(?![A-Za-z0-9])|(?=[A-F]*+[0-9])[0-9A-F]{4,32}+(?![A-Za-z0-9]))"
+)
+OPAQUE_REFERENCE = (
+    rf"(?:(?i:case|fall|op|sample|study|test|trial)[ ._/-]?|[A-Za-z]{{1,3}}[ ._/-])?{_PART}(?:[ ._/-]{_PART})*"
+    r"|[0-9a-fA-F]{8}-(?:[0-9a-fA-F]{4}-){3}[0-9a-fA-F]{12}"
+)
+"""Case numbers that are accepted unless a site sets its own pattern.
+
+Parts with digits, separated by space, dot, dash, slash or underscore; letters stand between digits three at a time, and
+one word of up to three letters, or one that says what is counted, may come first. So 2026-0417, OP 17, case 17,
+SAMPLE-D1, KH.26/0417b and UUIDs pass; a name of four letters or more never does, nor do two words.
+"""
+
 _MIB = 1024 * 1024
+
+
+def _pattern(text: str) -> str:
+    """Return a regular expression; raise ``ValueError`` if it is none."""
+    try:
+        re.compile(text)
+    except re.error as error:
+        raise ValueError(f"not a regular expression ({error})") from error
+    return text
+
+
+def unknown_variables(names: Iterable[str]) -> dict[str, str | None]:
+    """Return the environment variables with the prefix that are no setting, each with the setting nearest to it."""
+    known = [field.upper() for field in Settings.model_fields]
+    given = ((name, name.upper().removeprefix(PREFIX)) for name in sorted(names))
+    unknown = [
+        (name, key) for name, key in given if key != name.upper() and key not in {*known, *_CLIENT_VARIABLES}
+    ]
+    nearest = ((name, get_close_matches(key, known, n=1)) for name, key in unknown)
+    return {name: f"{PREFIX}{found[0]}" if found else None for name, found in nearest}
 
 
 class Settings(BaseSettings):
     """The settings of every process; each field is an environment variable with the prefix SPINEWATCH_."""
 
-    model_config = SettingsConfigDict(env_prefix="SPINEWATCH_", frozen=True, extra="forbid")
+    model_config = SettingsConfigDict(env_prefix=PREFIX, frozen=True, extra="forbid")
 
     database_url: Annotated[str, Field(description="The database, as an SQLAlchemy URL.")] = (
         "sqlite:///var/spinewatch.sqlite"
@@ -23,7 +70,8 @@ class Settings(BaseSettings):
     queue_url: Annotated[
         str | None,
         Field(
-            description="The queue: sqlite:///FILE, redis:// or postgresql://; by default a file beside the database."
+            description="The queue: sqlite:///FILE, redis:// or postgresql://; by default a file beside an SQLite"
+            " database, or the PostgreSQL database itself."
         ),
     ] = None
     templates: Annotated[
@@ -35,17 +83,105 @@ class Settings(BaseSettings):
     workers: Annotated[
         int, Field(ge=1, le=64, description="Number of worker processes of `spinewatch run`.")
     ] = 2
-    max_upload_bytes: Annotated[int, Field(ge=1024, description="Largest request body, bytes.")] = 32 * _MIB
+    max_upload_bytes: Annotated[
+        int, Field(ge=1024, description="Largest body of a request with images, bytes.")
+    ] = 32 * _MIB
+    max_document_bytes: Annotated[
+        int, Field(ge=1024, description="Largest body of a request with a rig or a spine, bytes.")
+    ] = 256 * 1024
+    max_json_bytes: Annotated[
+        int, Field(ge=1024, description="Largest body of any other request, bytes.")
+    ] = 64 * 1024
+    max_connections: Annotated[
+        int,
+        Field(
+            ge=8, le=100_000, description="Open connections; beyond it the one that waits longest is closed."
+        ),
+    ] = 1000
+    header_timeout_seconds: Annotated[
+        float, Field(ge=0.1, le=300, description="Time for the request line and headers to arrive.")
+    ] = 10.0
+    body_timeout_seconds: Annotated[
+        float,
+        Field(
+            ge=0.1, le=3600, description="Time for a body to arrive, and a second more for every 16 kB of it."
+        ),
+    ] = 20.0
+    idle_timeout_seconds: Annotated[
+        float, Field(ge=1, le=3600, description="Time after which a connection without a request is closed.")
+    ] = 30.0
+    write_timeout_seconds: Annotated[
+        float,
+        Field(ge=0.1, le=3600, description="Time after which a client that reads nothing is disconnected."),
+    ] = 30.0
+    allowed_hosts: Annotated[
+        str | None,
+        Field(description="Further names of the service in the Host header, separated by commas."),
+    ] = None
+    allowed_origins: Annotated[
+        str | None,
+        Field(
+            description="Origins whose pages may use the API, such as https://dashboard.example, by commas."
+        ),
+    ] = None
+    tls_cert: Annotated[
+        Path | None, Field(description="File of the TLS certificate, PEM, with those that it depends on.")
+    ] = None
+    tls_key: Annotated[
+        Path | None, Field(description="File of the private key of the TLS certificate, PEM.")
+    ] = None
+    behind_proxy: Annotated[
+        bool, Field(description="A proxy that ends TLS forwards to this service; no other way leads to it.")
+    ] = False
+    trusted_proxies: Annotated[
+        str,
+        Field(
+            description="Addresses or networks of proxies whose X-Forwarded-For and X-Forwarded-Proto count,"
+            " separated by commas; used with `behind_proxy`."
+        ),
+    ] = "127.0.0.1"
+    session_hours: Annotated[
+        float,
+        Field(gt=0, le=168, description="Time after which a browser has to be given the API key again."),
+    ] = 12.0
     worker_memory_bytes: Annotated[
-        int, Field(ge=1024 * _MIB, description="Largest address space of a worker process, bytes.")
+        int, Field(ge=1024 * _MIB, description="Largest address space of the process of a job, bytes.")
     ] = 4096 * _MIB
     lease_seconds: Annotated[
         float, Field(ge=1, le=300, description="Time without a heartbeat after which a worker loses its job.")
     ] = 5.0
     max_run_seconds: Annotated[
-        float, Field(ge=1, description="Time after which a running job is ended with its worker process.")
+        float, Field(ge=1, description="Time after which a running job is ended and fails.")
+    ] = 300.0
+    max_cpu_seconds: Annotated[
+        float, Field(ge=1, description="CPU time after which a running job is ended and fails.")
     ] = 120.0
+    watchdog_seconds: Annotated[
+        float,
+        Field(ge=2, le=3600, description="Time without a sign of life after which `run` ends a process."),
+    ] = 20.0
     max_attempts: Annotated[int, Field(ge=1, le=100, description="Number of attempts per job.")] = 3
+    min_free_bytes: Annotated[
+        int,
+        Field(ge=0, description="Free space of the database's disk below which the service is not ready."),
+    ] = 1024 * _MIB
+    max_queue_seconds: Annotated[
+        float,
+        Field(ge=1, description="Age of the oldest queued job above which the service is not ready."),
+    ] = 120.0
+    instance_id: Annotated[
+        str | None,
+        Field(
+            pattern=r"^[A-Za-z0-9_-]{1,64}$",
+            description="Name of this server in /health/live; random by default.",
+        ),
+    ] = None
+    reference_pattern: Annotated[
+        Annotated[str, AfterValidator(_pattern)] | None,
+        Field(
+            description="Regular expression that a case number must match as a whole; by default numbers, no names."
+        ),
+    ] = None
     calibration_max_age_days: Annotated[
         float, Field(gt=0, le=3650, description="A stage measured with an older calibration is flagged.")
     ] = 1.0
@@ -63,17 +199,29 @@ class Settings(BaseSettings):
     ] = "info"
 
     @property
+    def case_number(self) -> re.Pattern[str]:
+        """What a case number must match: ``reference_pattern``, or ``OPAQUE_REFERENCE``."""
+        return re.compile(self.reference_pattern or OPAQUE_REFERENCE)
+
+    @property
     def queue(self) -> str:
-        """URL of the queue: ``queue_url``, or an SQLite file beside the database."""
+        """URL of the queue: ``queue_url``, or a file beside an SQLite database, or the PostgreSQL database itself."""
         if self.queue_url is not None:
             return self.queue_url
         database = make_url(self.database_url)
+        if database.get_backend_name() == "postgresql":
+            return self.database_url
         if database.get_backend_name() != "sqlite" or not database.database:
             return "sqlite:///var/spinewatch-queue.sqlite"
         file = Path(database.database)
         return f"sqlite:///{file.with_name(f'{file.stem}-queue.sqlite')}"
 
+    def listed(self, name: Literal["allowed_hosts", "allowed_origins"]) -> list[str]:
+        """Return the entries of a setting that is a list separated by commas."""
+        text: str | None = getattr(self, name)
+        return [entry.strip() for entry in (text or "").split(",") if entry.strip()]
+
     def environment(self) -> dict[str, str]:
         """Return these settings as environment variables for a child process."""
         values = self.model_dump(mode="json", exclude_none=True)
-        return {f"SPINEWATCH_{key.upper()}": str(value) for key, value in values.items()}
+        return {f"{PREFIX}{key.upper()}": str(value) for key, value in values.items()}

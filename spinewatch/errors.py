@@ -57,3 +57,23 @@ class NetworkFileError(SpinewatchError):
     """A file of detection networks cannot be read."""
 
     code = "invalid-network-file"
+
+
+class MissingPackageError(SpinewatchError):
+    """A package that only some outputs need is not installed, or a library that it loads.
+
+    Parameters
+    ----------
+    output
+        What needs it.
+    package
+        Name of the package.
+    install
+        What to install, as a command or in words.
+    """
+
+    code = "missing-package"
+
+    def __init__(self, output: str, package: str, install: str) -> None:
+        super().__init__(f"{output} needs {package}; install it: {install}")
+        self.package = package

@@ -200,7 +200,8 @@ _KINDS = (
         " not"
         " measured in their size, which a rotation about the vertical of the image or a changed base causes. A"
         " shift of"
-        " a few millimetres towards the field is not detected.",
+        " a few millimetres towards the field is not detected. Movement of the patient between exposures that were not"
+        " taken together looks the same (`views-not-synchronous`).",
         "Check the cameras and calibrate again. If only the size is off, check that the markers are the ones"
         " configured.",
         "0.5% of 200 simulated stages with calibration errors of 0.005 degrees and 0.05 mm (`python -m"
@@ -290,6 +291,123 @@ _KINDS = (
         "stage",
         "The two images do not belong together as left and right: an image is the other side's of an earlier stage.",
         "Send the two images that both cameras took at the same time, each as its own side.",
+    ),
+    FlagKind(
+        "views-not-synchronous",
+        "stage",
+        "The two views were exposed at different times, and a vertebra that breathes may have moved between them by"
+        " more than the measurement can bear: its depth is wrong by several times that, and the rays miss each other.",
+        "Trigger both cameras together, or expose in apnoea.",
+        "Exact: the delay comes with the times of exposure",
+    ),
+    FlagKind(
+        "burst-outlier",
+        "stage",
+        "In some pairs of the burst a triad is far from where the others show it; these poses are left out of the"
+        " mean.",
+        "Look at those pairs: something may have touched the marker or hidden a part of it.",
+        "0 of 2000 simulated bursts of 8 to 40 pairs, half of them breathing by 2 mm every 4 s",
+    ),
+    FlagKind(
+        "burst-incomplete",
+        "stage",
+        "Some pairs of the burst show no pose of a triad that others show; its mean is over fewer pairs.",
+        "Nothing if its deviation is small enough. Otherwise clear the view of the marker and take the burst again.",
+    ),
+    FlagKind(
+        "breathing-unresolved",
+        "stage",
+        "The pairs of the burst neither determine breathing nor average it: the mean may be displaced by a part of its"
+        " amplitude, mostly the same for all vertebrae.",
+        "Take more pairs over two breaths or more and send their times, or expose in apnoea.",
+    ),
+    FlagKind(
+        "radiograph-landmark-left-out",
+        "spine",
+        "A common landmark names a triad that has no pose at the baseline stage, and is left out of the fit of the"
+        " radiographs.",
+        "Take the baseline stage again, or give the point in object space.",
+    ),
+    FlagKind(
+        "reference-moved",
+        "spine",
+        "The reference triad moved against all others, which did not move among each other: either its clamp slipped,"
+        " or the whole spine moved against the reference vertebra. A clamp that slipped shows as a motion of every"
+        " other vertebra.",
+        "Look at the clamp of the reference. If it slipped, name another reference in the setup of the spine.",
+        "1.3% of 600 sound pairs of simulated stages with T7, T9, T11 and L1, 0% of 596 with markers on end vertebrae"
+        " and apices; a slip of 8 degrees is seen in 91% (`python -m bench.spine --part plausibility`)",
+    ),
+    FlagKind(
+        "intervertebral-distance-implausible",
+        "spine",
+        "The distance between the triads of neighbouring vertebrae changed by more than a spine allows.",
+        "Look whether one of the two markers was clamped again or bent; if it was, re-baseline it"
+        " (`POST /v1/surgeries/{id}/spine/rebaselines`).",
+        "0.7% and 0.3% of the same pairs (`python -m bench.spine --part plausibility`)",
+    ),
+    FlagKind(
+        "intervertebral-rotation-implausible",
+        "spine",
+        "Neighbouring vertebrae turned against each other by more than the segments between them allow.",
+        "Look whether one of the two markers was clamped again or touched; if it was, re-baseline it.",
+        "0 of 1,196 of the same pairs (`python -m bench.spine --part plausibility`)",
+    ),
+    FlagKind(
+        "neighbours-disagree",
+        "spine",
+        "A vertebra moved far from where the motion of its two marked neighbours would carry it.",
+        "Look whether its marker was clamped again or touched; if it was, re-baseline it.",
+        "0 of 1,196 of the same pairs; a marker turned by 45 degrees raises a flag in 100%"
+        " (`python -m bench.spine --part plausibility`)",
+    ),
+    FlagKind(
+        "radiograph-scale",
+        "spine",
+        "The scale of the fit from the radiographs to object space differs from 1 by 2% or more, or by more than its"
+        " deviation explains; all distances between vertebrae share the error.",
+        "Give the pixel spacing at the patient instead of that at the detector, and look at the common points.",
+        "1 of 1,000 simulated pairs of radiographs (`python -m bench.radiographs --pairs 1000`)",
+    ),
+    FlagKind(
+        "radiograph-point-doubtful",
+        "spine",
+        "A point that radiographs and cameras have in common lies farther from where the others place it than its error"
+        " explains.",
+        "Digitize the point again, or leave it out.",
+        "0 of 1,000 simulated pairs of radiographs (`python -m bench.radiographs --pairs 1000`)",
+    ),
+    FlagKind(
+        "radiograph-points-disagree",
+        "spine",
+        "The common points fit worse than their errors explain, and no single one is the cause: the spine had another"
+        " posture in the radiographs, or the landmarks are less accurate than stated. Deviations are enlarged.",
+        "State a larger landmark_sd_px, or use points that do not depend on posture.",
+        "0 of 1,000 simulated pairs of radiographs (`python -m bench.radiographs --pairs 1000`)",
+    ),
+    FlagKind(
+        "radiograph-heights-differ",
+        "spine",
+        "The PA and the lateral radiograph show the same points at different heights: their scales differ, or the"
+        " patient moved between them.",
+        "Check both pixel spacings and that both views show the same moment.",
+        "0 of 1,000 simulated pairs of radiographs (`python -m bench.radiographs --pairs 1000`)",
+    ),
+    FlagKind(
+        "radiograph-axes-differ",
+        "spine",
+        "The fit turns the axes of the radiographs by more than 30 degrees against the patient axes that the setup"
+        " states; a spine bends less between two postures.",
+        "Check the directions to the head and to the left in the setup, and the names of the common points.",
+        "0 of 200 simulated pairs of radiographs, whose axes are those of the setup"
+        " (`tests/spinewatch/spine/test_radiographs.py`)",
+    ),
+    FlagKind(
+        "radiograph-rotation-unknown",
+        "spine",
+        "Vertebrae without pedicles in the PA radiograph have no measured axial rotation; it is set to 0 with a large"
+        " deviation.",
+        "Digitize both pedicles where they show.",
     ),
     FlagKind(
         "control-point-removed",

@@ -131,6 +131,37 @@ class StageMeasurement:
     templates_version: str
 
 
+LABELS_UNCERTAIN = "labels-uncertain"
+"""Code of the flag of triads whose labels are not certain."""
+
+
+def relabelled(measurement: StageMeasurement, request: StageRequest) -> StageMeasurement:
+    """Return a measurement whose uncertain labels are decided again, with more knowledge.
+
+    Parameters
+    ----------
+    measurement
+        A measurement with the flag "labels-uncertain".
+    request
+        The request of the measurement, with the known configuration.
+
+    Returns
+    -------
+    StageMeasurement
+        The same triads with their labels; all other flags stay.
+    """
+    labelled, flags = label_triads(
+        [triad.triad for triad in measurement.triads],
+        request.labels,
+        request.spine_axis,
+        measurement.parameters.labels,
+        request.known,
+        request.extra_levels,
+    )
+    kept = tuple(flag for flag in measurement.flags if flag.code != LABELS_UNCERTAIN)
+    return replace(measurement, triads=labelled, flags=(*kept, *flags))
+
+
 class StageMeasurer:
     """Measures the stereo pairs of one rig.
 

@@ -119,6 +119,33 @@ for mm?
         raise RigError(f"right.{field}", text)
 
 
+def check_measurable_rig(rig: Rig) -> None:
+    """Check that stages can be measured with a plausible rig, for which the range of the markers is not known.
+
+    Parameters
+    ----------
+    rig
+        The rig.
+
+    Raises
+    ------
+    RigError
+        If the optical axes do not meet in front of the cameras.
+
+    Examples
+    --------
+    >>> from spinewatch.simulation.rigs import large_rig
+    >>> check_measurable_rig(large_rig())
+    """
+    meet = rig.axes_approach_mm
+    if meet is None or min(meet) <= 0:
+        raise RigError(
+            "right.rotation_deg",
+            "makes the optical axes meet nowhere in front of the cameras, so that no stage can be measured; turn the"
+            " cameras towards each other and calibrate again",
+        )
+
+
 def check_plausible_camera(camera: Camera, side: str, limits: RigLimits = _LIMITS) -> None:
     """Check that one camera is plausible.
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from sqlalchemy import select
+from sqlalchemy import ColumnElement, select
 from sqlalchemy.orm import Session, contains_eager
 
 from contract.calibration_check import ChecksSummary
 from contract.stage import MarkerScale
-from store.page import Page, page_of
+from store.page import Page, PageRequest, page_of
 from store.tables import Measurement, Stage
 
 OLD, DRIFTED, REFINED = "calibration-old", "calibration-drift", "rig-refined"
@@ -15,8 +15,8 @@ CALIBRATION_FLAGS = frozenset({OLD, DRIFTED, REFINED})
 """The flags of a stage that are about its calibration."""
 
 
-def listed(session: Session, calibration_id: str, limit: int, offset: int) -> Page[Stage]:
-    """Return a page of the stages measured with a calibration, oldest first.
+def listed(session: Session, calibration_id: str, wanted: PageRequest) -> Page[Stage]:
+    """Return a page of the stages measured with a calibration; revisions, whose images are the same, are left out.
 
     Parameters
     ----------
@@ -24,19 +24,16 @@ def listed(session: Session, calibration_id: str, limit: int, offset: int) -> Pa
         Session that reads.
     calibration_id
         Identifier of the calibration.
-    limit
-        Largest number of stages.
-    offset
-        Number of stages before the page.
+    wanted
+        Which part of the list.
 
     Returns
     -------
     Page of Stage
         The rows with their measurements.
     """
-    query = select(Stage).join(Stage.measurement).where(Stage.calibration_id == calibration_id)
-    query = query.options(contains_eager(Stage.measurement)).order_by(Stage.created_at, Stage.id)
-    return page_of(session, query, limit, offset)
+    query = select(Stage).join(Stage.measurement).where(*_measured_with(calibration_id))
+    return page_of(session, query.options(contains_eager(Stage.measurement)), Stage, wanted)
 
 
 def marker_scales(session: Session, calibration_id: str) -> list[MarkerScale]:
@@ -54,7 +51,7 @@ def marker_scales(session: Session, calibration_id: str) -> list[MarkerScale]:
     list of MarkerScale
         The scales, oldest stage first.
     """
-    query = select(Measurement.result["rig_check"]).join(Stage).where(Stage.calibration_id == calibration_id)
+    query = select(Measurement.result["rig_check"]).join(Stage).where(*_measured_with(calibration_id))
     checks = session.scalars(query.order_by(Stage.created_at, Stage.id))
     scales = [(check or {}).get("marker_scale") for check in checks]
     return [MarkerScale.model_validate(scale) for scale in scales if scale is not None]
@@ -75,10 +72,14 @@ def summary(session: Session, calibration_id: str) -> ChecksSummary:
     ChecksSummary
         The numbers.
     """
-    query = select(Measurement.result["flags"]).join(Stage).where(Stage.calibration_id == calibration_id)
+    query = select(Measurement.result["flags"]).join(Stage).where(*_measured_with(calibration_id))
     found = [{flag["code"] for flag in flags} for flags in session.scalars(query)]
     return ChecksSummary(
         stages=len(found),
         drifted=sum(DRIFTED in codes for codes in found),
         old=sum(OLD in codes for codes in found),
     )
+
+
+def _measured_with(calibration_id: str) -> tuple[ColumnElement[bool], ...]:
+    return Stage.calibration_id == calibration_id, Stage.revised_take.is_(None)

@@ -14,7 +14,7 @@ from spinewatch.camera import Rig
 from spinewatch.rig_files.rig_json import rig_to_dict
 from store import events
 from store.errors import NotFoundError, ReportNotFoundError
-from store.page import Page, page_of
+from store.page import Page, PageRequest, created_within, page_of
 from store.tables import Calibration, CalibrationReport, CalibrationRequest, CalibrationShot, Stage
 
 
@@ -183,25 +183,36 @@ def shot_of(row: Calibration, number: int) -> CalibrationShot:
     return shots[number - 1]
 
 
-def listed(session: Session, limit: int, offset: int) -> Page[Calibration]:
-    """Return a page of calibrations, oldest first.
+def listed(
+    session: Session,
+    wanted: PageRequest,
+    *,
+    name: str | None = None,
+    created_after: datetime | None = None,
+    created_before: datetime | None = None,
+) -> Page[Calibration]:
+    """Return a page of calibrations.
 
     Parameters
     ----------
     session
         Session that reads.
-    limit
-        Largest number of calibrations.
-    offset
-        Number of calibrations before the page.
+    wanted
+        Which part of the list.
+    name
+        Only those of the rig of this name.
+    created_after, created_before
+        Only those created at the first time or later, and before the second one.
 
     Returns
     -------
     Page of Calibration
         The rows; their reports are not loaded.
     """
-    query = select(Calibration).options(joinedload(Calibration.report))
-    return page_of(session, query.order_by(Calibration.created_at, Calibration.id), limit, offset)
+    query = created_within(select(Calibration), Calibration, created_after, created_before)
+    if name is not None:
+        query = query.where(Calibration.name == name)
+    return page_of(session, query.options(joinedload(Calibration.report)), Calibration, wanted)
 
 
 def age(calibration: Calibration, stage: Stage) -> timedelta:

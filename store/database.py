@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import json
+import os
+import sqlite3
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import Connection, Engine, create_engine, event, make_url
+from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
 from sqlalchemy.engine.interfaces import DBAPIConnection
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
+from store import postgresql
 from store.errors import DatabaseNotReadyError
 
 _BUSY_SECONDS = 10
+_OWNER_ONLY = 0o600
 _to_json = partial(json.dumps, allow_nan=False, separators=(",", ":"))
 
 
@@ -24,7 +28,8 @@ class Database:
     """The one database, which holds everything; one per process, closed at the end.
 
     SQLite runs in WAL mode with foreign keys on, and every commit is synced to the disk. A write transaction takes the
-    write lock at its start: a deferred one that reads first may fail when it writes.
+    write lock at its start, on SQLite the file's and on PostgreSQL an advisory one: a deferred one that reads first may
+    fail when it writes.
 
     Parameters
     ----------
@@ -41,9 +46,7 @@ class Database:
         self.url = url
         self.engine = _engine(url)
         self._read_engine = self.engine
-        if (
-            self.engine.dialect.name == "postgresql"
-        ):  # its default isolation shows what others commit meanwhile
+        if self.engine.dialect.name == "postgresql":  # by default it shows what others commit meanwhile
             self._read_engine = self.engine.execution_options(isolation_level="REPEATABLE READ")
         self._write_engine = self.engine.execution_options(spinewatch_writes=True)
 
@@ -60,16 +63,51 @@ class Database:
             yield session
 
     @contextmanager
-    def write(self) -> Iterator[Session]:
+    def write(self, *, patient: bool = False) -> Iterator[Session]:
         """Open a session whose changes are committed together at the end, or not at all.
+
+        Parameters
+        ----------
+        patient
+            Wait for other writers, and work, without a limit of time where the database is a server: for migrations,
+            which several hosts may start at once.
 
         Yields
         ------
         Session
             The session.
         """
-        with Session(self._write_engine, expire_on_commit=False) as session, session.begin():
+        engine = self._write_engine.execution_options(spinewatch_patient=patient)
+        with Session(engine, expire_on_commit=False) as session, session.begin():
             yield session
+
+    def checkpoint(self, seconds: float = 1.0) -> bool:
+        """Write everything that is committed into the one file, so that a plain copy of it is whole.
+
+        Only for the orderly end of a process: others may go on and write again. Databases on a server need none.
+
+        Parameters
+        ----------
+        seconds
+            Longest time to wait for others that read or write.
+
+        Returns
+        -------
+        bool
+            Whether the file was whole at that moment.
+        """
+        path = sqlite_path(self.url)
+        if path is None:
+            return True
+        uri = f"{path.resolve().as_uri()}?mode=rw"
+        try:
+            with closing(sqlite3.connect(uri, uri=True, isolation_level=None, timeout=seconds)) as connection:
+                busy, *_ = connection.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()
+        except (
+            sqlite3.Error
+        ):  # the file is not there, broken or on a full disk: the log keeps what is committed
+            return False
+        return not busy
 
     def close(self) -> None:
         """Close every connection."""
@@ -95,11 +133,29 @@ def sqlite_path(url: str) -> Path | None:
     return Path(parsed.database)
 
 
+def create_private(path: Path) -> None:
+    """Create a file that only its owner can read, or make one that exists so.
+
+    SQLite gives the files that it makes beside a database the same mode.
+
+    Parameters
+    ----------
+    path
+        The file; its folder is created too.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    os.close(os.open(path, os.O_CREAT | os.O_RDWR, _OWNER_ONLY))
+    for file in (path, path.with_name(f"{path.name}-wal"), path.with_name(f"{path.name}-shm")):
+        with suppress(FileNotFoundError):
+            if file.stat().st_mode & 0o777 & ~_OWNER_ONLY:
+                file.chmod(_OWNER_ONLY)
+
+
 def _engine(url: str) -> Engine:
     try:
-        backend = make_url(url).get_backend_name()
-        if backend != "sqlite":
-            return create_engine(url, json_serializer=_to_json)
+        parsed = make_url(url)
+        if parsed.get_backend_name() == "postgresql":
+            return _postgresql_engine(parsed)
         engine = create_engine(
             url,
             json_serializer=_to_json,
@@ -112,6 +168,14 @@ def _engine(url: str) -> Engine:
         ) from error
     event.listen(engine, "connect", _prepare_sqlite)
     event.listen(engine, "begin", _begin_sqlite)
+    return engine
+
+
+def _postgresql_engine(url: URL) -> Engine:
+    options = postgresql.connection_options(url)
+    engine = create_engine(url, json_serializer=_to_json, connect_args=options, **postgresql.POOL)
+    event.listen(engine, "connect", postgresql.prepare)
+    event.listen(engine, "begin", postgresql.begin)
     return engine
 
 

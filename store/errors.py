@@ -36,15 +36,63 @@ class ConflictError(SpinewatchError):
 
 
 class StageExistsError(ConflictError):
-    """The surgery has a stage of this name, and its job did not fail."""
+    """The surgery has a stage of this name, and its job did not fail.
+
+    Parameters
+    ----------
+    message
+        What is wrong and what to do.
+    job_id
+        The job of the stage that is there.
+    """
 
     code = "stage-exists"
+
+    def __init__(self, message: str, job_id: str | None = None) -> None:
+        super().__init__(message)
+        self.job_id = job_id
+
+
+class TakeSupersededError(ConflictError):
+    """The results of another take of the stage count."""
+
+    code = "take-superseded"
 
 
 class StageNotMeasuredError(ConflictError):
     """The stage's job has not succeeded, so that there is no result."""
 
     code = "stage-not-measured"
+
+
+class SetupMissingError(ConflictError):
+    """The surgery has no setup of the spine, so that nothing but the motion of its triads can be reported."""
+
+    code = "spine-setup-missing"
+
+    def __init__(self) -> None:
+        super().__init__(
+            "this surgery has no setup of the spine, so that only the motion of its triads is known; PUT one to"
+            " /v1/surgeries/{surgery_id}/spine"
+        )
+
+
+class SpineNotReadyError(ConflictError):
+    """The spine of a stage is not computed yet."""
+
+    code = "spine-not-ready"
+
+
+class SpineNotAvailableError(ConflictError):
+    """A stage has no spine, and its inputs as they are give none."""
+
+    code = "spine-not-available"
+
+
+class RebaselineExistsError(ConflictError):
+    """The marker was stored as clamped again before the same stage already."""
+
+    code = "rebaseline-exists"
 
 
 class JobFinishedError(ConflictError):
@@ -63,3 +111,33 @@ class QueueURLError(SpinewatchError):
     """The queue's URL cannot be used."""
 
     code = "invalid-queue-url"
+
+
+class BackupError(SpinewatchError):
+    """A backup cannot be made or restored."""
+
+    code = "backup"
+
+
+class ExportFileError(SpinewatchError):
+    """A file cannot be written."""
+
+    code = "export-file"
+
+
+class AuditFileError(SpinewatchError):
+    """A file has no audit that can be read."""
+
+    code = "audit-file"
+
+
+class ImageDamagedError(SpinewatchError):
+    """A stored image differs from its SHA-256."""
+
+    code = "image-damaged"
+
+
+class SurgeryDeletedError(SpinewatchError):
+    """The surgery was deleted."""
+
+    code = "surgery-deleted"

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
-from hashlib import sha256
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from spinewatch.imaging.header import ImageHeader
-from store.tables import Image
+from store.errors import ImageDamagedError
+from store.tables import Image, SentImage
 
 
 @dataclass(frozen=True)
@@ -21,18 +22,21 @@ class NewImage:
     Attributes
     ----------
     content
-        The bytes of the file.
+        The bytes that are stored.
     header
         Its header.
+    sent_sha256
+        SHA-256 of the file as it was sent, hexadecimal, where that had metadata too; None if nothing was removed.
     """
 
     content: bytes
     header: ImageHeader
+    sent_sha256: str | None = None
 
     @cached_property
     def sha256(self) -> str:
         """SHA-256 of the content, hexadecimal."""
-        return sha256(self.content).hexdigest()
+        return digest(self.content)
 
 
 def add(session: Session, image: NewImage, now: datetime) -> Image:
@@ -64,11 +68,13 @@ def add(session: Session, image: NewImage, now: datetime) -> Image:
             created_at=now,
         )
         session.add(row)
+    if image.sent_sha256 is not None and session.get(SentImage, image.sent_sha256) is None:
+        session.add(SentImage(sent_sha256=image.sent_sha256, sha256=image.sha256, created_at=now))
     return row
 
 
 def content(session: Session, sha256: str) -> bytes:
-    """Return the original bytes of a stored image.
+    """Return the bytes of a stored image, which are checked against their SHA-256.
 
     Parameters
     ----------
@@ -81,5 +87,32 @@ def content(session: Session, sha256: str) -> bytes:
     -------
     bytes
         The file.
+
+    Raises
+    ------
+    ImageDamagedError
+        The stored bytes are not those that were stored first.
     """
-    return session.scalars(select(Image.content).where(Image.sha256 == sha256)).one()
+    stored = session.scalars(select(Image.content).where(Image.sha256 == sha256)).one()
+    if digest(stored) != sha256:
+        raise ImageDamagedError(
+            f"the stored image {sha256[:12]} is damaged: it differs from its SHA-256; restore a backup from before, and"
+            " check the disk"
+        )
+    return stored
+
+
+def digest(content: bytes) -> str:
+    """Return the SHA-256 of a file.
+
+    Parameters
+    ----------
+    content
+        The bytes.
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits.
+    """
+    return hashlib.sha256(content).hexdigest()

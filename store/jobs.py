@@ -4,25 +4,33 @@ The job's row is the truth. A worker claims it under a lease whose owner is a ne
 of that worker names the owner: once another worker has claimed the job, or it was cancelled, the statement changes
 no row. An expired lease that nobody has claimed still belongs to its owner. A kind of job is a name: nothing here
 depends on it (workers/registry.py).
+
+No decision compares a stored time with a clock, because clocks are set and differ between hosts. A lease expires when a
+sweep has seen for long enough, by its own monotonic clock, that the row does not change (workers/sweep.py).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Any, cast
 from uuid import uuid4
 
-from sqlalchemy import ColumnElement, CursorResult, Update, and_, or_, select, update
-from sqlalchemy.orm import Session, joinedload
+from sqlalchemy import ColumnElement, CursorResult, Update, and_, func, or_, select, update
+from sqlalchemy.orm import Session, aliased, joinedload
 
 from contract.event import Actor
 from contract.job import FINAL_STATES, JobState
 from store import events
 from store.errors import JobFinishedError, NotFoundError
 from store.events import Action
-from store.tables import Document, Job
+from store.tables import Document, Event, Job
+
+_MAX_STARTS = 20
+"""Number of times that a job is started, ended workers included, which do not count as attempts."""
+_RECENT_EVENTS = 10_000
+"""Number of the latest events in which the last start of each surgery's jobs is looked for."""
 
 ATTEMPTS_EXHAUSTED = "attempts-exhausted"
 """Code of the error of a job that never ended."""
@@ -125,10 +133,69 @@ def get(session: Session, job_id: str) -> Job:
     return job
 
 
+@dataclass(frozen=True)
+class Unended:
+    """A job that is queued or running, as a sweep sees it.
+
+    Attributes
+    ----------
+    id
+        Identifier of the job.
+    owner
+        The attempt that works on it, None for a queued one.
+    stamp
+        A time that each heartbeat, and each return to the queue, changes.
+    claimable
+        Whether it can be claimed.
+    """
+
+    id: str
+    owner: str | None
+    stamp: datetime
+    claimable: bool
+
+
+def claim_next(
+    session: Session, now: datetime, lease: timedelta, max_attempts: int, actor: Actor
+) -> Lease | None:
+    """Claim the job whose turn it is.
+
+    Surgeries take turns: first the one with the fewest running jobs, then the one whose last job was started longest
+    ago. Work outside surgeries has one turn too. Within a surgery, jobs are in the order of their creation.
+
+    Parameters
+    ----------
+    session
+        Session that writes.
+    now
+        Time of the claim.
+    lease
+        Duration of the lease.
+    max_attempts
+        Number of attempts after which a job fails.
+    actor
+        The worker.
+
+    Returns
+    -------
+    Lease or None
+        The lease, None when no job can be claimed.
+    """
+    while (job_id := _next(session)) is not None:
+        claimed = claim(session, job_id, now, lease, max_attempts, actor)
+        if claimed is not None:
+            return claimed
+        session.flush()  # the job has failed: the next one
+    return None
+
+
 def claim(
     session: Session, job_id: str, now: datetime, lease: timedelta, max_attempts: int, actor: Actor
 ) -> Lease | None:
     """Claim a job that is queued, or whose lease has expired; one that has used all its attempts fails instead.
+
+    A queued job that waits for another one (`requeue`) cannot be claimed before that has ended. An attempt whose lease
+    expired does not count: its worker was killed or cut off, which is no fault of the job.
 
     Parameters
     ----------
@@ -150,21 +217,21 @@ def claim(
     Lease or None
         The lease, None when the job cannot be claimed.
     """
-    job = session.scalars(
-        select(Job).where(Job.id == job_id, _claimable(now)).with_for_update()
-    ).one_or_none()
+    job = session.scalars(select(Job).where(Job.id == job_id, _claimable()).with_for_update()).one_or_none()
     if job is None:
         return None
-    if job.attempts >= max_attempts:
-        sentence = f"the job was started {job.attempts} times and never ended; see the workers' log"
-        _end(job, JobState.FAILED, now, {"code": ATTEMPTS_EXHAUSTED, "detail": sentence})
+    interrupted = job.state is JobState.RUNNING
+    problem = _exhausted(session, job, max_attempts, interrupted)
+    if problem is not None:
+        _end(job, JobState.FAILED, now, {"code": ATTEMPTS_EXHAUSTED, "detail": problem})
         events.append(session, now, actor, Action.JOB_FAILED, job.id, job.surgery_id)
         return None
+    if not interrupted:
+        job.attempts += 1
     job.state = JobState.RUNNING
-    job.attempts += 1
     job.lease_owner = str(uuid4())
     job.lease_until = now + lease
-    job.progress, job.step = 0.0, None
+    job.progress, job.step, job.waits_for = 0.0, None, None
     job.started_at = job.started_at or now
     events.append(session, now, actor, Action.JOB_STARTED, job.id, job.surgery_id)
     return Lease(job.id, job.kind, job.subject_id, job.payload, job.lease_owner, job.attempts)
@@ -180,7 +247,7 @@ def heartbeat(session: Session, lease: Lease, until: datetime, progress: float, 
     lease
         The lease.
     until
-        Its new end.
+        Its new end by the clock of this host; that it changes is what counts.
     progress
         Fraction of the work that is done, 0 to 1.
     step
@@ -261,7 +328,15 @@ def fail(session: Session, lease: Lease, code: str, detail: str, now: datetime, 
     return ended
 
 
-def requeue(session: Session, lease: Lease, now: datetime, actor: Actor, *, count_attempt: bool) -> bool:
+def requeue(
+    session: Session,
+    lease: Lease,
+    now: datetime,
+    actor: Actor,
+    *,
+    count_attempt: bool,
+    waits_for: str | None = None,
+) -> bool:
     """Return a job to the queue for another attempt.
 
     Parameters
@@ -276,6 +351,8 @@ def requeue(session: Session, lease: Lease, now: datetime, actor: Actor, *, coun
         The worker.
     count_attempt
         Whether this attempt counts; False for a worker that is stopped, which is no fault of the job.
+    waits_for
+        Identifier of a job that must end before this one can be claimed; None if there is none.
 
     Returns
     -------
@@ -290,6 +367,7 @@ def requeue(session: Session, lease: Lease, now: datetime, actor: Actor, *, coun
         attempts=attempts,
         progress=0.0,
         step=None,
+        waits_for=waits_for,
         enqueued_at=now,
         lease_owner=None,
         lease_until=None,
@@ -297,6 +375,43 @@ def requeue(session: Session, lease: Lease, now: datetime, actor: Actor, *, coun
     if returned:
         events.append(session, now, actor, Action.JOB_REQUEUED, lease.job_id, lease.surgery_id)
     return returned
+
+
+def has_ended(session: Session, job_id: str) -> bool:
+    """Return whether a job has succeeded, failed or been cancelled.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    job_id
+        Identifier of the job.
+
+    Returns
+    -------
+    bool
+        Whether it has ended.
+    """
+    return session.scalar(select(Job.state).where(Job.id == job_id)) in FINAL_STATES
+
+
+def waiting_for(session: Session, job_id: str) -> tuple[str, ...]:
+    """Return the queued jobs that wait for a job.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    job_id
+        Identifier of the job that they wait for.
+
+    Returns
+    -------
+    tuple of str
+        Identifiers, oldest job first.
+    """
+    waiting = select(Job.id).where(Job.waits_for == job_id, Job.state == JobState.QUEUED)
+    return tuple(session.scalars(waiting.order_by(Job.created_at, Job.id)))
 
 
 def cancel(session: Session, job_id: str, now: datetime, actor: Actor) -> Job:
@@ -339,54 +454,120 @@ def cancel(session: Session, job_id: str, now: datetime, actor: Actor) -> Job:
     return job
 
 
-def stalled(session: Session, now: datetime, quiet: timedelta) -> list[str]:
-    """Return the jobs that could be claimed and that were not enqueued recently.
+def unended(session: Session) -> list[Unended]:
+    """Return the jobs that are queued or running.
 
     Parameters
     ----------
     session
         Session that reads.
-    now
-        The time.
-    quiet
-        Time since a job was enqueued in which it is not stalled.
 
     Returns
     -------
-    list of str
-        Identifiers, oldest job first.
+    list of Unended
+        The jobs, the oldest first.
     """
-    query = (
-        select(Job.id).where(_claimable(now), Job.enqueued_at <= now - quiet).order_by(Job.created_at, Job.id)
-    )
-    return list(session.scalars(query))
+    claimable = _claimable().label("claimable")
+    columns = Job.id, Job.lease_owner, func.coalesce(Job.lease_until, Job.enqueued_at), claimable
+    query = select(*columns).where(Job.state.in_((JobState.QUEUED, JobState.RUNNING)))
+    return [
+        Unended(job_id, owner, stamp, bool(ready))
+        for job_id, owner, stamp, ready in session.execute(query.order_by(Job.created_at, Job.id))
+    ]
 
 
-def mark_enqueued(session: Session, job_id: str, now: datetime, quiet: timedelta) -> bool:
-    """Store that a stalled job is enqueued again, so that only one of several workers does so.
+def expire(session: Session, job: Unended) -> bool:
+    """End the lease of a running job that has not changed for too long; the job can then be claimed.
 
     Parameters
     ----------
     session
         Session that writes.
-    job_id
-        Identifier of the job.
-    now
-        The time.
-    quiet
-        As of ``stalled``.
+    job
+        The job as it was seen.
 
     Returns
     -------
     bool
-        Whether it was stalled; False when another worker has just enqueued it.
+        Whether it was still so.
     """
-    query = update(Job).where(Job.id == job_id, _claimable(now), Job.enqueued_at <= now - quiet)
+    seen = (Job.id == job.id, Job.state == JobState.RUNNING, Job.lease_owner == job.owner)
+    return _changes_one(
+        session, update(Job).where(*seen, Job.lease_until == job.stamp).values(lease_until=None)
+    )
+
+
+def mark_enqueued(session: Session, job: Unended, now: datetime) -> bool:
+    """Store that a job is enqueued again, so that only one of several workers does so.
+
+    Parameters
+    ----------
+    session
+        Session that writes.
+    job
+        The job as it was seen.
+    now
+        The time.
+
+    Returns
+    -------
+    bool
+        Whether it was still so; False when another worker has just enqueued or claimed it.
+    """
+    query = update(Job).where(Job.id == job.id, _claimable(), Job.enqueued_at == job.stamp)
     return _changes_one(session, query.values(enqueued_at=now))
 
 
-def _claimable(now: datetime) -> ColumnElement[bool]:
-    return or_(Job.state == JobState.QUEUED, and_(Job.state == JobState.RUNNING, Job.lease_until < now))
+def _claimable() -> ColumnElement[bool]:
+    other = aliased(Job)
+    unended = select(other.id).where(other.id == Job.waits_for, other.state.not_in(tuple(FINAL_STATES)))
+    ready = or_(Job.waits_for.is_(None), ~unended.exists())
+    return or_(
+        and_(Job.state == JobState.QUEUED, ready),
+        and_(Job.state == JobState.RUNNING, Job.lease_until.is_(None)),
+    )
+
+
+def _next(session: Session) -> str | None:
+    """Return the job whose turn it is."""
+    surgery = Job.payload["surgery_id"].as_string()
+    groups = list(session.scalars(select(surgery).where(_claimable()).distinct()))
+    if not groups:
+        return None
+    turn = groups[0] if len(groups) == 1 else min(groups, key=_turns(session, surgery))
+    mine = surgery.is_(None) if turn is None else surgery == turn
+    query = select(Job.id).where(_claimable(), mine).order_by(Job.created_at, Job.id)
+    return session.scalars(query.limit(1)).one_or_none()
+
+
+def _turns(session: Session, surgery: ColumnElement[str]) -> Callable[[str | None], tuple[int, int, str]]:
+    """Return the key by which surgeries are ordered, the one whose turn it is first."""
+    held = and_(Job.state == JobState.RUNNING, Job.lease_until.is_not(None))
+    counts = session.execute(select(surgery, func.count()).where(held).group_by(surgery))
+    running: dict[str | None, int] = {group: count for group, count in counts}  # noqa: C416 - rows are no pairs
+    newest = session.scalar(select(func.max(Event.seq))) or 0
+
+    def key(group: str | None) -> tuple[int, int, str]:
+        mine = Event.surgery_id.is_(None) if group is None else Event.surgery_id == group
+        started = (mine, Event.action == Action.JOB_STARTED, Event.seq > newest - _RECENT_EVENTS)
+        last = select(Event.seq).where(*started).order_by(Event.seq.desc()).limit(1)
+        return running.get(group, 0), session.scalar(last) or 0, group or ""
+
+    return key
+
+
+def _exhausted(session: Session, job: Job, max_attempts: int, interrupted: bool) -> str | None:
+    """Return why a job is not started again, None if it is."""
+    if not interrupted:
+        if job.attempts < max_attempts:
+            return None
+        return f"the job was started {job.attempts} times and never ended; see the workers' log"
+    started = (Event.subject_id == job.id, Event.action == Action.JOB_STARTED)
+    place = () if job.surgery_id is None else (Event.surgery_id == job.surgery_id,)
+    starts = session.scalar(select(func.count()).select_from(Event).where(*started, *place)) or 0
+    if starts < _MAX_STARTS:
+        return None
+    return f"{starts} workers ended while they worked on the job; see the workers' log"
 
 
 def _end(job: Job, state: JobState, now: datetime, error: Document | None) -> None:

@@ -7,6 +7,7 @@ from datetime import datetime
 from sqlalchemy import select
 from sqlalchemy.orm import Session, undefer
 
+from contract.burst import Burst
 from contract.event import Actor
 from contract.stage import FeaturePair, StageResult
 from contract.triad import Triad
@@ -33,13 +34,14 @@ def add(session: Session, stage_id: str, result: StageResult, now: datetime, act
         The worker.
     """
     document = result.model_dump(mode="json")
-    features, triads = document.pop("features"), document.pop("triads")
+    features, triads, burst = (document.pop(name) for name in ("features", "triads", "burst"))
     session.add(
         Measurement(
             stage_id=stage_id,
             result=document,
             created_at=now,
             features=[FeatureList(side=side, count=len(p), points=p) for side, p in features.items()],
+            burst=None if burst is None else tables.Burst(burst=burst),
         )
     )
     session.add_all(
@@ -50,8 +52,8 @@ def add(session: Session, stage_id: str, result: StageResult, now: datetime, act
     events.append(session, now, actor, events.Action.STAGE_MEASURED, stage_id, surgery_id)
 
 
-def get(session: Session, surgery_id: str, name: str) -> tuple[Stage, Measurement]:
-    """Return the latest take of a stage and its measurement.
+def get(session: Session, surgery_id: str, name: str, take: int | None = None) -> tuple[Stage, Measurement]:
+    """Return a take of a stage and its measurement.
 
     Parameters
     ----------
@@ -61,6 +63,8 @@ def get(session: Session, surgery_id: str, name: str) -> tuple[Stage, Measuremen
         Identifier of the surgery.
     name
         Name of the stage.
+    take
+        Number of the take; None for the latest one that was measured.
 
     Returns
     -------
@@ -70,11 +74,11 @@ def get(session: Session, surgery_id: str, name: str) -> tuple[Stage, Measuremen
     Raises
     ------
     NotFoundError
-        There is no such surgery or stage.
+        There is no such surgery, stage or take.
     StageNotMeasuredError
         The stage's job has not succeeded.
     """
-    stage = stages.get(session, surgery_id, name)
+    stage = stages.measured(session, surgery_id, name, take)
     if stage.measurement is None:
         raise StageNotMeasuredError(
             f"stage {stage.name} has no result: its job is {stage.job.state.value};"
@@ -119,6 +123,25 @@ def features(session: Session, stage_id: str) -> FeaturePair:
     """
     query = select(FeatureList).where(FeatureList.stage_id == stage_id).options(undefer(FeatureList.points))
     return FeaturePair.model_validate({row.side: row.points for row in session.scalars(query)})
+
+
+def burst(session: Session, stage_id: str) -> Burst | None:
+    """Return the burst of a measured stage.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    stage_id
+        Identifier of the stage.
+
+    Returns
+    -------
+    Burst or None
+        The burst; None for a stage of a single pair.
+    """
+    row = session.get(tables.Burst, stage_id)
+    return None if row is None else Burst.model_validate(row.burst)
 
 
 def poses(session: Session, stage_id: str) -> dict[str, Pose]:

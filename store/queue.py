@@ -6,20 +6,26 @@ Its storage is one of Huey's, chosen by a URL: an SQLite file, Redis or PostgreS
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+import sqlite3
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 import psycopg
-from huey import Huey, PostgresHuey, RedisHuey, SqliteHuey  # type: ignore[import-untyped]
+from huey import Huey, PostgresHuey, RedisHuey  # type: ignore[import-untyped]
 from huey.exceptions import ConfigurationError  # type: ignore[import-untyped]
 from huey.registry import Message  # type: ignore[import-untyped]
 from sqlalchemy import URL, make_url
 from sqlalchemy.exc import ArgumentError
 
+from store import postgresql
 from store.errors import QueueURLError
+from store.queue_file import QueueFile
 
 _NAME = "spinewatch"
+TABLE_PREFIX = f"{_NAME}_queue"
+"""What the names of the queue's tables begin with in a PostgreSQL database, which may be the record's own."""
+
 _BUSY_SECONDS = 5
 _TABLES_LOCK = 0x5350494E45  # any number that no other program on the server uses
 
@@ -32,7 +38,8 @@ class JobQueue:
     url
         ``sqlite:///FILE``, ``redis://HOST:PORT/DB`` or ``postgresql://USER@HOST:PORT/DB``.
     handle
-        What a worker does with an identifier; without it, identifiers can be enqueued only.
+        What a worker does with an identifier; it may return identifiers to enqueue next. Without it, identifiers can
+        be enqueued only.
 
     Raises
     ------
@@ -40,12 +47,13 @@ class JobQueue:
         The URL cannot be used.
     """
 
-    def __init__(self, url: str, handle: Callable[[str], None] | None = None) -> None:
+    def __init__(self, url: str, handle: Callable[[str], Iterable[str] | None] | None = None) -> None:
         self.huey = _huey(url)
 
         def run_job(job_id: str) -> None:
             if handle is not None:
-                handle(job_id)
+                for next_id in handle(job_id) or ():
+                    self.enqueue(next_id)
 
         self._task = self.huey.task(name="run_job")(run_job)
 
@@ -69,6 +77,16 @@ class JobQueue:
         """
         return {task.args[0] for task in self.huey.pending()}
 
+    def length(self) -> int:
+        """Return the number of messages that no worker has taken from the queue.
+
+        Returns
+        -------
+        int
+            The number; a job may have more than one.
+        """
+        return int(self.huey.pending_count())
+
     def close(self) -> None:
         """Close the connections."""
         storage = self.huey.storage
@@ -85,9 +103,13 @@ def _huey(url: str) -> Huey:
         if backend == "sqlite" and parsed.database:
             return _sqlite(Path(parsed.database), options)
         if backend in {"redis", "rediss", "unix"}:
-            return RedisHuey(_NAME, url=url, **options)
+            return _redis(url, options)
         if backend == "postgresql":
             return _postgresql(parsed, options)
+    except (OSError, sqlite3.Error) as error:
+        raise QueueURLError(
+            f"the file of the queue cannot be used: {_reason(error)}; check it, its folder and SPINEWATCH_QUEUE_URL"
+        ) from error
     except (ArgumentError, ConfigurationError, psycopg.OperationalError) as error:
         raise QueueURLError(
             f"the queue URL cannot be used ({type(error).__name__}); set SPINEWATCH_QUEUE_URL"
@@ -98,17 +120,42 @@ def _huey(url: str) -> Huey:
     )
 
 
+def _reason(error: Exception) -> str:
+    return f"{error.strerror}: {error.filename}" if isinstance(error, OSError) else str(error)
+
+
 def _sqlite(file: Path, options: dict[str, Any]) -> Huey:
-    file.parent.mkdir(parents=True, exist_ok=True)
     # without fsync: a message lost with the machine's power is enqueued again
-    return SqliteHuey(_NAME, filename=str(file), timeout=_BUSY_SECONDS, fsync=False, **options)
+    storage = {"storage_class": QueueFile, "filename": str(file), "timeout": _BUSY_SECONDS, "fsync": False}
+    return Huey(_NAME, **storage, **options)
+
+
+def _redis(url: str, options: dict[str, Any]) -> Huey:
+    from redis import ConnectionPool  # noqa: PLC0415 - only this storage needs it
+    from redis.backoff import NoBackoff  # noqa: PLC0415
+    from redis.retry import Retry  # noqa: PLC0415
+
+    limits = {} if url.startswith("unix") else {"socket_connect_timeout": 2, "socket_keepalive": True}
+    # a worker waits one second for a message: a server that is silent for longer is cut off. A connection that the
+    # server closed is opened again at once; what fails then is left to the sweep: no request waits for the queue
+    once_more = Retry(NoBackoff(), 1)
+    pool = ConnectionPool.from_url(
+        url, socket_timeout=2.5, health_check_interval=10, retry=once_more, **limits
+    )
+    return RedisHuey(_NAME, connection_pool=pool, **options)
 
 
 def _postgresql(url: URL, options: dict[str, Any]) -> Huey:
     dsn = url.set(drivername="postgresql").render_as_string(hide_password=False)
+
+    def connect() -> psycopg.Connection[Any]:
+        connection = psycopg.connect(dsn, **postgresql.connection_options(url))
+        postgresql.prepare(connection)
+        return connection
+
     # not blocking: Huey leaves the connection on which a thread listens open, and the consumer polls anyway
-    options |= {"table_prefix": f"{_NAME}_queue", "create_tables": False, "blocking": False}
-    huey = PostgresHuey(_NAME, dsn=dsn, **options)
+    options |= {"table_prefix": TABLE_PREFIX, "create_tables": False, "blocking": False}
+    huey = PostgresHuey(_NAME, connection=connect, **options)
     # CREATE TABLE IF NOT EXISTS fails when processes start together, so they take turns
     huey.storage.conn.execute("SELECT pg_advisory_lock(%s)", (_TABLES_LOCK,))
     huey.storage.initialize_schema()  # closes the connection, which releases the lock

@@ -9,11 +9,12 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session, joinedload, selectinload
 
 from contract.event import Actor
+from contract.job import JobState
 from contract.surgery import NewSurgery
-from store import events
+from store import events, retention
 from store.errors import NotFoundError
-from store.page import Page, page_of
-from store.tables import Stage, Surgery
+from store.page import Page, PageRequest, created_within, page_of
+from store.tables import Job, Stage, Surgery
 
 
 def add(session: Session, new: NewSurgery, now: datetime, actor: Actor) -> Surgery:
@@ -60,7 +61,10 @@ def get(session: Session, surgery_id: str) -> Surgery:
     ------
     NotFoundError
         There is no such surgery.
+    SurgeryDeletedError
+        It was deleted.
     """
+    retention.require_present(session, surgery_id)
     row = session.get(Surgery, surgery_id)
     if row is None:
         raise NotFoundError("surgery")
@@ -86,7 +90,10 @@ def get_with_stages(session: Session, surgery_id: str) -> Surgery:
     ------
     NotFoundError
         There is no such surgery.
+    SurgeryDeletedError
+        It was deleted.
     """
+    retention.require_present(session, surgery_id)
     query = select(Surgery).where(Surgery.id == surgery_id).options(*_WITH_STAGES)
     row = session.scalars(query).one_or_none()
     if row is None:
@@ -94,25 +101,48 @@ def get_with_stages(session: Session, surgery_id: str) -> Surgery:
     return row
 
 
-def listed(session: Session, limit: int, offset: int) -> Page[Surgery]:
-    """Return a page of surgeries with their stages, oldest first.
+def listed(
+    session: Session,
+    wanted: PageRequest,
+    *,
+    reference: str | None = None,
+    state: JobState | None = None,
+    calibration_id: str | None = None,
+    created_after: datetime | None = None,
+    created_before: datetime | None = None,
+) -> Page[Surgery]:
+    """Return a page of surgeries with their stages.
 
     Parameters
     ----------
     session
         Session that reads.
-    limit
-        Largest number of surgeries.
-    offset
-        Number of surgeries before the page.
+    wanted
+        Which part of the list.
+    reference
+        Only those of this case number.
+    state
+        Only those with a take whose job is in this state.
+    calibration_id
+        Only those with a take of this calibration.
+    created_after, created_before
+        Only those created at the first time or later, and before the second one.
 
     Returns
     -------
     Page of Surgery
         The rows.
     """
-    query = select(Surgery).order_by(Surgery.created_at, Surgery.id).options(*_WITH_STAGES)
-    return page_of(session, query, limit, offset)
+    query = created_within(
+        select(Surgery).where(retention.is_present()), Surgery, created_after, created_before
+    )
+    if reference is not None:
+        query = query.where(Surgery.reference == reference)
+    if state is not None:
+        query = query.where(Surgery.stages.any(Stage.job.has(Job.state == state)))
+    if calibration_id is not None:
+        query = query.where(Surgery.stages.any(Stage.calibration_id == calibration_id))
+    return page_of(session, query.options(*_WITH_STAGES), Surgery, wanted)
 
 
 _WITH_STAGES = (selectinload(Surgery.stages).options(joinedload(Stage.job)),)

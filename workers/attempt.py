@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from datetime import timedelta
+
+from sqlalchemy.exc import SQLAlchemyError
 
 from store import jobs
 from store.clock import utc_now
 from store.database import Database
 from store.jobs import Lease
+from store.unavailable import is_unavailable
+from workers.step_clock import StepClock
 
 _MIN_SECONDS_BETWEEN_WRITES = 0.1
 
@@ -39,11 +44,22 @@ class Attempt:
         self._fraction = 0.0
         self._step: str | None = None
         self._lost = False
+        self._steps = StepClock()
 
     @property
     def seconds(self) -> float:
         """Time since the attempt began, s."""
         return time.monotonic() - self._started
+
+    def step_seconds(self) -> Mapping[str, float]:
+        """Return the time that each step has taken until now.
+
+        Returns
+        -------
+        mapping of str to float
+            Time by step, s.
+        """
+        return self._steps.seconds()
 
     def progress(self, step: str, fraction: float) -> None:
         """Store the step that begins, as a ``Progress`` callback.
@@ -60,9 +76,24 @@ class Attempt:
         LeaseLostError
             The lease is lost.
         """
+        self._steps.begin(step)
         self._step, self._fraction = step, fraction
         if time.monotonic() - self._written >= _MIN_SECONDS_BETWEEN_WRITES:
-            self.heartbeat()
+            try:
+                self.heartbeat()
+            except SQLAlchemyError as error:
+                if not is_unavailable(error):
+                    raise  # else the work goes on: the thread of heartbeats tries again
+        self.check()
+
+    def check(self) -> None:
+        """Check that the work is still wanted, as of the last heartbeat.
+
+        Raises
+        ------
+        LeaseLostError
+            The lease is lost.
+        """
         if self._lost:
             raise LeaseLostError
 

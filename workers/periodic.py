@@ -7,6 +7,8 @@ from collections.abc import Callable
 
 import structlog
 
+from store.unavailable import is_unavailable
+
 _log = structlog.get_logger("worker")
 
 
@@ -29,7 +31,11 @@ def start_periodic(name: str, seconds: float, stop: threading.Event, action: Cal
         while not stop.wait(seconds):
             try:
                 action()
-            except Exception:  # the database may be busy; the next round repeats it
-                _log.exception("round_failed", thread=name)
+            except Exception as error:  # the next round repeats it
+                if isinstance(error, OSError) or is_unavailable(error):  # one line: it may fail for hours
+                    cause = str(getattr(error, "orig", error)).partition("\n")[0]
+                    _log.error("round_failed", thread=name, error=cause)
+                else:
+                    _log.exception("round_failed", thread=name)
 
     threading.Thread(target=loop, name=name, daemon=True).start()

@@ -1,4 +1,4 @@
-"""A worker process: one thread handles jobs, one sends heartbeats, one sweeps."""
+"""A worker process: one thread handles jobs, one sends heartbeats, one sweeps; the jobs run in a process below it."""
 
 from __future__ import annotations
 
@@ -6,30 +6,33 @@ import os
 import signal
 import socket
 import threading
+from collections.abc import Callable
 
 import structlog
 
 from contract.event import Actor, ActorKind
 from settings import Settings
-from store.clock import utc_now
 from store.database import Database
+from store.processes import REPORT_SECONDS
 from store.queue import JobQueue
 from workers.consumer import Consumer
-from workers.memory import keep_freed_memory, limit_memory
+from workers.job_process import JobProcess
 from workers.periodic import start_periodic
+from workers.presence import Presence
 from workers.registry import Registry
-from workers.sweep import sweep
+from workers.sweep import Sweep
 from workers.worker import Worker
 
 _HEARTBEATS_PER_LEASE = 5
 _SWEEP_SECONDS = 1.0
 _CHECK_SECONDS = 0.5
 _FINISH_SECONDS = 1.5
-_OVERDUE_STATUS = 75  # EX_TEMPFAIL
+_STUCK_SECONDS = 30.0
+_STUCK_STATUS = 75  # EX_TEMPFAIL
 _log = structlog.get_logger("worker")
 
 
-def run(settings: Settings, registry: Registry) -> int:
+def run(settings: Settings, registry: Registry, beat: Callable[[], None] | None = None) -> int:
     """Work on jobs until SIGTERM or SIGINT.
 
     Parameters
@@ -38,16 +41,17 @@ def run(settings: Settings, registry: Registry) -> int:
         The settings.
     registry
         Handlers by kind of job.
+    beat
+        Called twice a second while the process works.
 
     Returns
     -------
     int
         Exit status.
     """
-    limit_memory(settings.worker_memory_bytes)
-    keep_freed_memory()
+    jobs = JobProcess(registry, settings)  # before there are threads and connections
     database = Database(settings.database_url)
-    worker = Worker(database, settings, registry, this_process())
+    worker = Worker(database, settings, registry, this_process(), jobs)
     queue = JobQueue(settings.queue, worker.handle)
     consumer = Consumer(queue)
     stop = _stop_on_signals()  # after the consumer, which sets signal handlers of its own
@@ -57,16 +61,22 @@ def run(settings: Settings, registry: Registry) -> int:
         stop,
         lambda: _heartbeat(worker, settings.max_run_seconds),
     )
-    start_periodic("sweep", _SWEEP_SECONDS, stop, lambda: sweep(database, queue, utc_now()))
+    start_periodic("sweep", _SWEEP_SECONDS, stop, Sweep(database, queue, settings.lease_seconds))
+    presence = Presence(database, this_process().name)
+    start_periodic("presence", REPORT_SECONDS, stop, presence.report)
     _log.info("worker_ready", pid=os.getpid())
     while not stop.wait(_CHECK_SECONDS):
+        if beat is not None:
+            beat()
         if not consumer.alive:
             _log.error("worker_thread_died")
             return 1
     if not consumer.stop(_FINISH_SECONDS):
         _release(worker, queue)
+    presence.end()
+    database.checkpoint()
     _log.info("worker_stopped")
-    os._exit(0)  # the library may be deep in native code, which an orderly exit would wait for
+    os._exit(0)  # an orderly exit would wait for the job
 
 
 def this_process() -> Actor:
@@ -91,9 +101,9 @@ def _heartbeat(worker: Worker, max_seconds: float) -> None:
     attempt = worker.attempt
     if attempt is None:
         return
-    if attempt.seconds > max_seconds:
-        _log.error("job_overdue", job_id=attempt.lease.job_id, seconds=round(attempt.seconds))
-        os._exit(_OVERDUE_STATUS)  # a thread cannot be ended; the lease expires and another attempt follows
+    if attempt.seconds > max_seconds + _STUCK_SECONDS:  # its process should have been ended long ago
+        _log.error("worker_stuck", job_id=attempt.lease.job_id, seconds=round(attempt.seconds))
+        os._exit(_STUCK_STATUS)  # a thread cannot be ended; the lease expires, and another takes the job
     attempt.heartbeat()
 
 

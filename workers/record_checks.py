@@ -71,6 +71,30 @@ def repetition_flags(
                 break
 
 
+def burst_repetition_flags(pairs: Sequence[Mapping[Side, str]]) -> Iterator[Flag]:
+    """Yield a flag when a pair of a burst shows an image of an earlier pair again, in another file.
+
+    Parameters
+    ----------
+    pairs
+        Digests of the gray levels by side, one mapping per pair.
+
+    Yields
+    ------
+    Flag
+        ``frame-repeated``, once for all pairs.
+    """
+    first: dict[tuple[Side, str], int] = {}
+    repeated: list[str] = []
+    for number, pair in enumerate(pairs, start=1):
+        for side, digest in pair.items():
+            earlier = first.setdefault((side, digest), number)
+            if earlier != number:
+                repeated.append(f"the {side} image of pair {number} is that of pair {earlier} again")
+    if repeated:
+        yield Flag("frame-repeated", f"{'; '.join(repeated)}; send each exposure of the burst once")
+
+
 def time_flags(work: StageWork, tolerance: timedelta) -> Iterator[Flag]:
     """Yield a flag for each order of times that cannot be.
 

@@ -28,6 +28,22 @@ class UnknownJobKindError(SpinewatchError):
     code = "unknown-job-kind"
 
 
+class NotReadyError(Exception):
+    """The work needs the end of another job: it goes back to the queue until then, and the attempt does not count.
+
+    The other job must have been submitted before: jobs that waited for each other would never end.
+
+    Parameters
+    ----------
+    job_id
+        The other job.
+    """
+
+    def __init__(self, job_id: str) -> None:
+        super().__init__(f"the work waits for the end of job {job_id}")
+        self.job_id = job_id
+
+
 class Handler(ABC, Generic[Work, Result]):
     """What is done for the jobs of one ``kind``: load the input, run the work, store the result."""
 
@@ -70,10 +86,14 @@ class Handler(ABC, Generic[Work, Result]):
         ------
         SpinewatchError
             The input cannot be used: the job fails by the error's name. After any other error it is tried again.
+        NotReadyError
+            The result depends on a job that was submitted before and has not ended.
         """
 
     @abstractmethod
-    def store(self, session: Session, lease: Lease, result: Result, now: datetime, actor: Actor) -> None:
+    def store(
+        self, session: Session, lease: Lease, result: Result, now: datetime, actor: Actor
+    ) -> tuple[str, ...]:
         """Store the result, in the transaction that ends the job and only while its lease is held.
 
         Parameters
@@ -88,6 +108,11 @@ class Handler(ABC, Generic[Work, Result]):
             Time of the result.
         actor
             The worker.
+
+        Returns
+        -------
+        tuple of str
+            Identifiers of the jobs that were added in the transaction; the worker enqueues them after the commit.
         """
 
 

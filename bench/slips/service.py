@@ -22,7 +22,7 @@ from tests.http.harness import Service
 
 Pair = tuple[bytes, bytes]
 _SURGERY = {
-    "reference": "slip",
+    "reference": "case 1",
     "vertebrae": ["L1", "T11", "T9", "T7"],
     "reference_vertebra": "L1",
     "spine_axis": "x",

@@ -33,12 +33,18 @@ class SubmittedStage:
 
 
 class ApiClient:
-    """A client of one service; a context manager."""
+    """A client of one service, which sends an API key if it has one; a context manager."""
 
-    def __init__(self, url: str, transport: httpx.BaseTransport | None = None) -> None:
+    def __init__(
+        self, url: str, transport: httpx.BaseTransport | None = None, key: str | None = None
+    ) -> None:
         self.url = url.rstrip("/")
         self._client = httpx.Client(
-            base_url=self.url, timeout=_TIMEOUT_SECONDS, trust_env=False, transport=transport
+            base_url=self.url,
+            timeout=_TIMEOUT_SECONDS,
+            trust_env=False,
+            transport=transport,
+            headers=bearer(key),
         )
 
     def __enter__(self) -> ApiClient:
@@ -49,12 +55,13 @@ class ApiClient:
     ) -> None:
         self._client.close()
 
-    def ready(self) -> bool:
-        """Return whether the service reports that it is ready."""
+    def instance(self) -> str | None:
+        """Return the name of the server that answers (SPINEWATCH_INSTANCE_ID), None when none does."""
         try:
-            return self._client.get("/v1/health", timeout=1.0).is_success
-        except httpx.HTTPError:
-            return False
+            answer = self._client.get("/health/live", timeout=1.0)
+            return str(answer.json()["instance"]) if answer.is_success else None
+        except (httpx.HTTPError, ValueError, LookupError, TypeError):  # or another program answers
+            return None
 
     def add_calibration(self, rig_json: bytes) -> str:
         """Store a rig and return the identifier of the calibration."""
@@ -64,6 +71,11 @@ class ApiClient:
     def add_surgery(self, surgery: Document) -> str:
         """Store a surgery and return its identifier."""
         return str(self._request("POST", "/v1/surgeries", json=surgery).json()["id"])
+
+    def put_spine_setup(self, surgery_id: str, setup_json: bytes) -> None:
+        """Store the setup of a new surgery's spine."""
+        headers = {"Content-Type": "application/json"}
+        self._request("PUT", f"/v1/surgeries/{surgery_id}/spine", content=setup_json, headers=headers)
 
     def submit_stage(self, surgery_id: str, name: str, calibration_id: str, folder: Path) -> SubmittedStage:
         """Submit ``left.png`` and ``right.png`` of a folder as a stage."""
@@ -84,10 +96,20 @@ class ApiClient:
             raise ServiceError(f"no answer from {self.url}: {error}; is the service running?") from error
         if response.is_success:
             return response
-        raise ServiceError(f"{method} {path}: {_problem(response)}")
+        raise ServiceError(f"{method} {path}: {problem_text(response)}")
 
 
-def _problem(response: httpx.Response) -> str:
+def bearer(key: str | None) -> dict[str, str]:
+    """Return the header that sends an API key; raises ``ServiceError`` for one that no header can hold."""
+    if key is None:
+        return {}
+    key = key.strip()
+    if not key.isascii() or not key.isprintable():
+        raise ServiceError("the API key has characters that none has; copy it again")
+    return {"Authorization": f"Bearer {key}"}
+
+
+def problem_text(response: httpx.Response) -> str:
     """Return the status of a response and the detail of its problem document, if it has one."""
     if response.headers.get("Content-Type", "").startswith("application/problem+json"):
         problem = response.json()

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import logging
+import os
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from commands.shared.repeated_events import RepeatedEvents
 from spinewatch.errors import SpinewatchError
 
 if TYPE_CHECKING:
@@ -22,12 +25,18 @@ def load_settings(**options: Any) -> Settings:
     """Return the settings; an option overrides its environment variable. Raises ``SettingsError``."""
     from pydantic import ValidationError  # noqa: PLC0415 - --help does not need it
 
-    from settings import Settings  # noqa: PLC0415
+    from settings import PREFIX, Settings, unknown_variables  # noqa: PLC0415
 
+    if unknown := unknown_variables(os.environ):
+        problems = "; ".join(
+            f"there is no setting {name}" + (f", did you mean {nearest}?" if nearest else "")
+            for name, nearest in unknown.items()
+        )
+        raise SettingsError(f"{problems}; see docs/operations.md")
     try:
         return Settings(**{key: value for key, value in options.items() if value is not None})
     except ValidationError as error:
-        problems = "; ".join(f"SPINEWATCH_{str(e['loc'][0]).upper()}: {e['msg']}" for e in error.errors())
+        problems = "; ".join(f"{PREFIX}{str(e['loc'][0]).upper()}: {e['msg']}" for e in error.errors())
         raise SettingsError(f"{problems}; see docs/operations.md") from error
 
 
@@ -51,16 +60,30 @@ def require_database(settings: Settings) -> None:
         database.close()
 
 
-def migrate_database(settings: Settings) -> None:
-    """Create the database or migrate it to this version; raises ``DatabaseNotReadyError`` if that is impossible."""
+def migrate_database(settings: Settings, *, keep_copy: bool = True) -> Path | None:
+    """Create the database or migrate it to this version; return the copy made before a migration, if any.
+
+    Raises ``DatabaseNotReadyError`` or ``BackupError`` if that is impossible.
+    """
     from sqlalchemy.exc import SQLAlchemyError  # noqa: PLC0415 - --help does not need it
 
+    from commands.shared.terminal_progress import terminal_progress  # noqa: PLC0415
     from migrations.history import upgrade  # noqa: PLC0415
 
     try:
-        upgrade(settings.database_url)
+        with terminal_progress() as progress:
+            return upgrade(settings.database_url, keep_copy=keep_copy, progress=progress)
     except (OSError, SQLAlchemyError) as error:
         raise _database_error("created or migrated", error) from error
+
+
+def checkpoint(settings: Settings) -> None:
+    """Write everything into the database's one file, after the last process that used it has ended."""
+    from store.database import Database  # noqa: PLC0415 - --help does not need it
+
+    database = Database(settings.database_url)
+    database.checkpoint()
+    database.close()
 
 
 def _database_error(verb: str, error: Exception) -> SpinewatchError:
@@ -111,6 +134,7 @@ def start_log(settings: Settings) -> None:
     handler.setFormatter(
         structlog.stdlib.ProcessorFormatter(foreign_pre_chain=shared, processors=[remove_meta, *render])
     )
+    handler.addFilter(RepeatedEvents())
     logging.basicConfig(level=settings.log_level.upper(), handlers=[handler], force=True)
     for verbose in ("uvicorn", "huey", "alembic"):
         logging.getLogger(verbose).setLevel(logging.WARNING)

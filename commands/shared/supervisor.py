@@ -1,4 +1,4 @@
-"""Supervision of child processes: any that ends is restarted, and none outlives the supervisor."""
+"""Supervision of child processes: any that ends or is silent is restarted, and none outlives the supervisor."""
 
 from __future__ import annotations
 
@@ -13,10 +13,15 @@ from dataclasses import dataclass
 
 import structlog
 
+from commands.shared.watchdog import Watchdog
+
 _log = structlog.get_logger("supervisor")
 
 CANNOT_START = 2
-"""Exit status of a command that cannot start until its settings or its database change; it is not restarted."""
+"""Exit status of a command that cannot start until its settings or its database change.
+
+It ends the supervisor at the first start; later it means that the database is held or away for a while.
+"""
 
 _POLL_SECONDS = 0.1
 _FIRST_BACKOFF_SECONDS = 0.5
@@ -28,21 +33,30 @@ _PR_SET_PDEATHSIG = 1
 
 @dataclass
 class Child:
-    """A supervised process: its name in the log, its command, and its restarts (times in s, monotonic clock)."""
+    """A supervised process: its name in the log, its command, and its starts (times in s, monotonic clock)."""
 
     name: str
     command: Sequence[str]
     process: subprocess.Popen[bytes] | None = None
+    watchdog: Watchdog | None = None
     started: float = 0.0
+    starts: int = 0
     backoff: float = 0.0
     due: float = 0.0
 
 
 class Supervisor:
-    """Starts children, restarts any that end (at once, then with increasing delay), and stops all together."""
+    """Starts children, restarts any that end (at once, then with increasing delay), and stops all together.
 
-    def __init__(self, children: Sequence[Child], environment: Mapping[str, str]) -> None:
+    A child that has given a sign of life and then none for ``silent_seconds`` is killed: it may hold a lock that all
+    others wait for.
+    """
+
+    def __init__(
+        self, children: Sequence[Child], environment: Mapping[str, str], silent_seconds: float = 20.0
+    ) -> None:
         self._children = children
+        self._silent_seconds = silent_seconds
         self._environment = {**os.environ, **environment}
         self._stopping = False
 
@@ -52,7 +66,7 @@ class Supervisor:
             signal.signal(number, self._stop)
         try:
             while not self._stopping:
-                if any(self._poll(child) == CANNOT_START for child in self._children):
+                if any(self._poll(child) == CANNOT_START and child.starts == 1 for child in self._children):
                     return CANNOT_START
                 on_poll()
                 time.sleep(_POLL_SECONDS)
@@ -70,8 +84,14 @@ class Supervisor:
             if now >= child.due:
                 self._start(child)
             return None
+        if child.watchdog is not None and child.watchdog.is_silent(now):
+            _log.error("process_silent", name=child.name, seconds=self._silent_seconds)
+            child.process.kill()
+            child.process.wait()
         status = child.process.poll()
         if status is not None:
+            if child.watchdog is not None:
+                child.watchdog.close()
             if now - child.started > _HEALTHY_SECONDS:
                 child.backoff = 0.0
             _log.warning("process_ended", name=child.name, status=status, restart_in=child.backoff)
@@ -80,13 +100,15 @@ class Supervisor:
         return status
 
     def _start(self, child: Child) -> None:
+        child.watchdog = Watchdog(self._silent_seconds)
         child.process = subprocess.Popen(  # noqa: S603 - our own command
             child.command,
-            env=self._environment,
+            env={**self._environment, **child.watchdog.environment},
             stdin=subprocess.DEVNULL,
             preexec_fn=_die_with_parent,  # noqa: PLW1509 - this process has one thread
         )
         child.started = time.monotonic()
+        child.starts += 1
 
     def _end_children(self) -> None:
         running = [child.process for child in self._children if child.process is not None]

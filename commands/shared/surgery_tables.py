@@ -17,7 +17,7 @@ _NO_LABEL = "?"
 def print_triads(stages: Mapping[str, Document]) -> None:
     """Print position and normal of every triad by stage, and their coordinate frame."""
     columns = ["", "", *(f"{axis} mm" for axis in "XYZ"), "α°", "β°", "γ°", "", "err."]
-    table = _table("Triads: position of P and direction of the normal", columns)
+    table = new_table("Triads: position of P and direction of the normal", columns)
     for name, stage in stages.items():
         for triad in stage["triads"]:
             if triad["position_mm"] is None:
@@ -29,7 +29,7 @@ def print_triads(stages: Mapping[str, Document]) -> None:
             error = f"{triad['error_mm']:.2f}"
             table.add_row(name, triad["label"] or _NO_LABEL, *position, *angles, f"±{tilt_sd:.1f}", error)
         table.add_section()
-    _print(table)
+    print_table(table)
     for frame in sorted({stage["frame"] for stage in stages.values()}):
         print_note(f"in {frame}; ± one standard deviation; err.: error of the ball distances, mm\n")
 
@@ -37,13 +37,13 @@ def print_triads(stages: Mapping[str, Document]) -> None:
 def print_motion(motion: Document) -> None:
     """Print the motion of every vertebra between two stages, and its coordinate frame."""
     columns = ["", *(f"Δ{axis} mm" for axis in "xyz"), *(f"rot. {axis}°" for axis in "xyz"), "angle°"]
-    table = _table(f"Motion from {motion['from']['name']} to {motion['to']['name']}", columns)
+    table = new_table(f"Motion from {motion['from']['name']} to {motion['to']['name']}", columns)
     for item in motion["vertebrae"]:
         translation = _with_sd(item["translation_mm"], item["translation_sd_mm"])
         rotation = _with_sd(item["rotation_vector_deg"], item["rotation_sd_deg"], digits=1)
         angle = _with_sd([item["angle_deg"]], [item["angle_sd_deg"]], digits=1)
         table.add_row(item["vertebra"], *translation, *rotation, *angle)
-    _print(table)
+    print_table(table)
     for item in motion["missing"]:
         print_note(f"{item['vertebra']}: {item['reason']}")
     print_note(f"in the frame of {motion['frame']}; rotations are rotation vectors\n")
@@ -60,7 +60,7 @@ def print_flags(stages: Mapping[str, Document], jobs: Mapping[str, Document]) ->
 
 def print_note(text: str) -> None:
     """Print a line of text."""
-    _print(text)
+    print_table(text)
 
 
 def print_links(url: str, surgery: str) -> None:
@@ -73,7 +73,8 @@ def _with_sd(values: Sequence[float], deviations: Sequence[float], digits: int =
     return (f"{value:.{digits}f}±{deviation:.{digits}f}" for value, deviation in pairs)
 
 
-def _table(title: str, columns: Sequence[str]) -> Table:
+def new_table(title: str, columns: Sequence[str]) -> Table:
+    """Return an empty table in the style of all tables; columns of numbers are those with a name."""
     table = Table(
         title=title, title_justify="left", title_style="bold", box=box.SIMPLE, show_edge=False, pad_edge=False
     )
@@ -83,8 +84,9 @@ def _table(title: str, columns: Sequence[str]) -> Table:
     return table
 
 
-def _print(content: Table | str) -> None:
+def print_table(content: Table | str, log_width: int = _LOG_WIDTH) -> None:
+    """Print a table or a line of text as wide as the terminal; in a log, ``log_width`` characters wide."""
     console = Console()
     if not console.is_terminal:
-        console = Console(width=_LOG_WIDTH)
+        console = Console(width=log_width)
     console.print(content, markup=False, highlight=False, soft_wrap=isinstance(content, str))

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from typing import Annotated, Self
 
 from fastapi import UploadFile
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
+from contract.text import visible
 from service.forms.control_field import read_control_field
 from service.forms.images import File, read_image
 from service.forms.options import FixText, FreeText, PixelSizeText, parse_fix, parse_free, parse_pixel_size
@@ -30,7 +31,9 @@ class CalibrationForm(BaseModel):
 
     model_config = ConfigDict(strict=True, extra="forbid")
 
-    name: Annotated[str, Field(min_length=1, max_length=200, description="Name of the rig.")]
+    name: Annotated[
+        str, Field(min_length=1, max_length=200, description="Name of the rig."), AfterValidator(visible)
+    ]
     control_field: Annotated[
         File | Annotated[str, Field(min_length=1)],
         Field(

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+HEAD_KEY = "spinewatch.head"
+"""Key of a request's scope: whether only the headers are wanted, so that a stream need not begin."""
+
 
 class Head:
     """ASGI middleware that answers HEAD with the status and headers of GET, without a body."""
@@ -22,4 +25,4 @@ class Head:
                 message = {**message, "body": b""}
             await send(message)
 
-        await self._app({**scope, "method": "GET"}, receive, send_without_body)
+        await self._app({**scope, "method": "GET", HEAD_KEY: True}, receive, send_without_body)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from datetime import timedelta
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Response
 
 from contract.calibration_check import CalibrationCheck, CalibrationChecks
 from contract.flag import Flag
 from contract.stage import MarkerScale, RigCheck
 from service.dependencies import DatabaseDep, problems
-from service.parameters import CalibrationId, Limit, Offset
+from service.etags import NOT_MODIFIED, document_response
+from service.paging import CreatedSort, Paging, PartDep
+from service.parameters import CalibrationId
 from spinewatch.matching import marker_scale
 from store import calibration_checks, calibrations, tables
 from store.calibration_checks import CALIBRATION_FLAGS
@@ -18,27 +20,31 @@ from store.calibration_checks import CALIBRATION_FLAGS
 router = APIRouter(prefix="/v1/calibrations", tags=["calibrations"])
 
 
-@router.get("/{calibration_id}/checks", responses=problems(404, 422))
+@router.get(
+    "/{calibration_id}/checks",
+    responses={**NOT_MODIFIED, **problems(404, 422)},
+    response_model=CalibrationChecks,
+)
 def list_calibration_checks(
-    calibration_id: CalibrationId, database: DatabaseDep, limit: Limit = 50, offset: Offset = 0
-) -> CalibrationChecks:
-    """List the stages measured with a calibration, oldest first, with its age and the drift of the rig at each.
+    calibration_id: CalibrationId,
+    database: DatabaseDep,
+    part: PartDep,
+    sort: CreatedSort = "-created_at",
+) -> Response:
+    """List the stages measured with a calibration, newest first, with its age and the drift of the rig at each.
 
     The scale of the markers is pooled over all its stages.
     """
+    paging = Paging(part.limit, sort, part.cursor, calibration_id=calibration_id)
     with database.read() as session:
         calibration = calibrations.get(session, calibration_id)
-        page = calibration_checks.listed(session, calibration_id, limit, offset)
+        page = calibration_checks.listed(session, calibration_id, paging.wanted)
         scales = calibration_checks.marker_scales(session, calibration_id)
     items = [_check(stage, calibration) for stage in page.items]
     pooled = marker_scale.pooled_scale([marker_scale.MarkerScale(**scale.model_dump()) for scale in scales])
-    return CalibrationChecks(
-        items=items,
-        total=page.total,
-        limit=limit,
-        offset=offset,
-        pooled_scale=None if pooled is None else MarkerScale.model_validate(pooled),
-    )
+    scale = None if pooled is None else MarkerScale.model_validate(pooled)
+    checks = CalibrationChecks(**paging.document(page, items), pooled_scale=scale)
+    return document_response(checks, part.if_none_match)
 
 
 def _check(stage: tables.Stage, calibration: tables.Calibration) -> CalibrationCheck:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Body, Depends, Form, Path, Query, Request, Response
 from fastapi.responses import HTMLResponse
@@ -17,9 +17,11 @@ from contract.calibration_check import ChecksSummary
 from contract.job import Job
 from contract.page import Listing
 from contract.rig import Rig
+from contract.text import visible
 from reports.calibration import calibration_report
 from service.dependencies import (
     ACCEPTED,
+    CREATED,
     ActorDep,
     ClockToleranceDep,
     DatabaseDep,
@@ -29,12 +31,16 @@ from service.dependencies import (
     multipart_body,
     problems,
 )
+from service.etags import NOT_MODIFIED, IfNoneMatch, document_response
 from service.forms.calibration import MAX_SHOTS, CalibrationForm, read_request
-from service.images import FILE_RESPONSES, IfNoneMatch, SidePath, file_response, image_pair
-from service.parameters import CalibrationId, Limit, Offset, TextTime, require_plausible_time
+from service.idempotency import OnceDep
+from service.images import FILE_RESPONSES, SidePath, file_response, image_pair
+from service.paging import CreatedDep, Paging, PartDep
+from service.parameters import CalibrationId, TextTime, require_plausible_time
 from service.routes.jobs import job_of
 from spinewatch.errors import RigError
 from spinewatch.rig_files.rig_json import decode_json, rig_from_dict
+from spinewatch.rig_plausibility import check_measurable_rig
 from store import calibration_checks, calibration_requests, calibrations, tables
 from store.clock import utc_now
 
@@ -57,7 +63,13 @@ def _printable_field() -> Iterator[None]:
 @_printable_field()
 def _rig(document: object) -> spinewatch.camera.Rig:
     """Return the library's rig."""
-    return rig_from_dict(document)
+    rig = rig_from_dict(document)
+    check_measurable_rig(rig)
+    try:
+        visible(rig.name)
+    except ValueError as error:
+        raise RigError("name", str(error)) from error
+    return rig
 
 
 async def unique_fields(request: Request) -> None:
@@ -78,25 +90,25 @@ _CONTENT_SECURITY_POLICY = "default-src 'none'; style-src 'unsafe-inline'"
     "",
     status_code=201,
     dependencies=[Depends(json_body), Depends(unique_fields)],
-    responses=problems(413, 415, 422),
+    responses={**CREATED, **problems(413, 415, 422)},
+    response_model=CalibrationDetail,
 )
 def create_calibration(
     rig: RigBody,
-    database: DatabaseDep,
+    once: OnceDep,
     actor: ActorDep,
     tolerance: ClockToleranceDep,
-    response: Response,
     calibrated_at: Annotated[
         TextTime | None, Query(description="Time of the calibration, RFC 3339 with a time zone.")
     ] = None,
-) -> CalibrationDetail:
+) -> Response:
     """Store a rig that was calibrated elsewhere; it cannot be changed afterwards."""
     now = utc_now()
     require_plausible_time("calibrated_at", calibrated_at, now, tolerance, "query")
-    with database.write() as session:
+    with once.write() as session:
         row = calibrations.add(session, rig, now, actor, calibrated_at)
-    response.headers["Location"] = f"{router.prefix}/{row.id}"
-    return _detail(row, ChecksSummary(stages=0, drifted=0, old=0))
+        document = _detail(row, ChecksSummary(stages=0, drifted=0, old=0))
+        return once.answer(document, 201, Location=f"{router.prefix}/{row.id}")
 
 
 @router.post(
@@ -104,15 +116,15 @@ def create_calibration(
     status_code=202,
     dependencies=[Depends(multipart_body)],
     responses={**ACCEPTED, **problems(400, 413, 415, 422)},
+    response_model=Job,
 )
 def calibrate_from_images(
     form: Annotated[CalibrationForm, Form(media_type="multipart/form-data")],
-    database: DatabaseDep,
+    once: OnceDep,
     queue: QueueDep,
     actor: ActorDep,
     tolerance: ClockToleranceDep,
-    response: Response,
-) -> Job:
+) -> Response:
     """Submit shots of a control field for calibration.
 
     Either everything is stored or nothing. ``left`` and ``right`` are repeated once per shot, in order; the first shot
@@ -122,28 +134,51 @@ def calibrate_from_images(
     now = utc_now()
     require_plausible_time("captured_at", form.captured_at, now, tolerance)
     new = read_request(form)
-    with database.write() as session:
+    with once.write() as session:
         request = calibration_requests.submit(session, new, now, actor)
+        answer = once.answer(job_of(request.job, None), 202, Location=f"/v1/jobs/{request.job.id}")
     enqueue(queue, request.job.id)
-    response.headers["Location"] = f"/v1/jobs/{request.job.id}"
-    return job_of(request.job, None)
+    return answer
 
 
-@router.get("", responses=problems(422))
-def list_calibrations(database: DatabaseDep, limit: Limit = 50, offset: Offset = 0) -> Listing[Calibration]:
-    """List all calibrations, oldest first."""
+@router.get("", responses={**NOT_MODIFIED, **problems(422)}, response_model=Listing[Calibration])
+def list_calibrations(
+    database: DatabaseDep,
+    part: PartDep,
+    created: CreatedDep,
+    sort: Annotated[
+        Literal["-created_at", "created_at", "name", "-name"],
+        Query(description="Order: by age, newest first with the minus sign, or by name."),
+    ] = "-created_at",
+    name: Annotated[
+        str | None,
+        Query(min_length=1, max_length=200, description="Only calibrations of the rig of this name."),
+    ] = None,
+) -> Response:
+    """List the calibrations, newest first."""
+    filters: dict[str, Any] = {
+        "name": name,
+        **created,
+    }
+    paging = Paging(part.limit, sort, part.cursor, **filters)
     with database.read() as session:
-        page = calibrations.listed(session, limit, offset)
+        page = calibrations.listed(session, paging.wanted, **filters)
     items = [Calibration.model_validate(_fields(row)) for row in page.items]
-    return Listing(items=items, total=page.total, limit=limit, offset=offset)
+    listing = Listing[Calibration].model_validate(paging.document(page, items))
+    return document_response(listing, part.if_none_match)
 
 
-@router.get("/{calibration_id}", responses=problems(404))
-def get_calibration(calibration_id: CalibrationId, database: DatabaseDep) -> CalibrationDetail:
+@router.get(
+    "/{calibration_id}", responses={**NOT_MODIFIED, **problems(404)}, response_model=CalibrationDetail
+)
+def get_calibration(
+    calibration_id: CalibrationId, database: DatabaseDep, if_none_match: IfNoneMatch = None
+) -> Response:
     """Get a calibration with its report and a summary of its checks."""
     with database.read() as session:
         row = calibrations.get_with_report(session, calibration_id)
-        return _detail(row, calibration_checks.summary(session, calibration_id))
+        document = _detail(row, calibration_checks.summary(session, calibration_id))
+    return document_response(document, if_none_match)
 
 
 @router.get(

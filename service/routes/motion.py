@@ -5,16 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Query, Response
 
 from contract.base import StageName
-from contract.motion import MissingMotion, Motion, StageFlag, StageReference, VertebraMotion
+from contract.library_setup import SurgeryLevels, library_setup, marked_poses
+from contract.motion import BodyMotion, MissingMotion, Motion, StageFlag, VertebraMotion
+from contract.spine import VertebraChange, spine_frame
+from contract.stage_reference import StageReference
 from service.dependencies import DatabaseDep, problems
+from service.etags import NOT_MODIFIED, IfNoneMatch, document_response
 from service.parameters import SurgeryId
 from spinewatch.errors import SpinewatchError
-from spinewatch.spine.motion import relative_motion
+from spinewatch.spine.body_motion import body_motion
+from spinewatch.spine.configuration import InitialKind
+from spinewatch.spine.motion import ReferenceMissingError, relative_motion
 from spinewatch.triads.pose import Pose
-from store import measurements, surgeries, tables
+from store import measurements, spines, surgeries, tables
+from store.spines import SpineWork
 
 router = APIRouter(prefix="/v1/surgeries/{surgery_id}/motion", tags=["motion"])
 
@@ -25,14 +32,18 @@ class SameStageError(SpinewatchError):
     code = "same-stage-twice"
 
 
-@router.get("", responses=problems(404, 409, 422))
+@router.get("", responses={**NOT_MODIFIED, **problems(404, 409, 422)}, response_model=Motion)
 def get_motion(
     surgery_id: SurgeryId,
     database: DatabaseDep,
     start: Annotated[StageName, Query(alias="from", description="The earlier stage.")],
     end: Annotated[StageName, Query(alias="to", description="The later stage.")],
-) -> Motion:
-    """Get the motion of the vertebrae from one measured stage to another."""
+    if_none_match: IfNoneMatch = None,
+) -> Response:
+    """Get the motion of the vertebrae from one measured stage to another.
+
+    Of the triads always; with a setup of the spine also of the vertebral bodies, in patient axes.
+    """
     if start == end:
         raise SameStageError("from and to are the same stage; give two different ones")
     with database.read() as session:
@@ -40,9 +51,11 @@ def get_motion(
         measured = [measurements.get(session, surgery_id, name) for name in (start, end)]
         first, last = (stage for stage, _ in measured)
         before, after = (measurements.poses(session, stage.id) for stage in (first, last))
+        work = spines.work(session, surgery_id)
     motions = relative_motion(before, after, surgery.reference_vertebra)
     others = [name for name in surgery.vertebrae if name != surgery.reference_vertebra]
-    return Motion(
+    bodies, reason = _bodies(work, start, end)
+    motion = Motion(
         surgery_id=surgery_id,
         start=_reference(first),
         end=_reference(last),
@@ -55,7 +68,35 @@ def get_motion(
             for stage, result in measured
             for flag in result.result["flags"]
         ],
+        bodies=bodies,
+        bodies_reason=reason,
     )
+    return document_response(motion, if_none_match)
+
+
+def _bodies(work: SpineWork, start: str, end: str) -> tuple[BodyMotion | None, str | None]:
+    """Return the motion of the vertebral bodies with a marker in both stages, or the reason why there is none."""
+    if work.setup is None:
+        return None, "the surgery has no setup of the spine"
+    document = work.setup.setup
+    reference = document.reference_vertebra or work.reference_vertebra
+    baseline = work.plans[0].baseline
+    stages = {name: marked_poses(document, poses) for name, poses in work.poses.items()}
+    try:
+        if baseline is None or reference not in stages[baseline]:
+            raise ReferenceMissingError(f"the reference triad {reference} has no pose in the baseline stage")
+        levels = SurgeryLevels(work.reference_vertebra, work.extra_levels)
+        rebaselines = work.setup.rebaselines
+        setup, _ = library_setup(document, rebaselines, levels, baseline, stages[baseline], work.radiographs)
+        changes = body_motion(setup, stages, start, end)
+    except SpinewatchError as error:
+        return None, str(error)
+    return BodyMotion(
+        setup_revision=work.setup.revision,
+        frame=spine_frame(baseline, reference),
+        assumed=setup.initial.kind is InitialKind.GENERIC,
+        vertebrae=[VertebraChange.of(change) for change in changes],
+    ), None
 
 
 def _reference(stage: tables.Stage) -> StageReference:

@@ -55,6 +55,8 @@ def decode_image(data: bytes) -> Pixels:
     ------
     ImageError
         As `inspect_image`, and for a truncated or damaged file. Damage of a JPEG is found by `is_stream_complete`.
+    MemoryError
+        If the process may not have as much memory as the pixels need.
 
     Examples
     --------
@@ -78,6 +80,8 @@ def decode_image(data: bytes) -> Pixels:
             if _is_white_zero(image):
                 gray = ((1 << image.tag_v2[_BITS_TAG][0]) - 1 - gray).astype(np.uint16)  # type: ignore[attr-defined]
             complete = image.format != "JPEG" or is_stream_complete(data)
+        except MemoryError:
+            raise
         except Exception as error:  # decoders of hostile bytes raise exceptions of any class
             raise ImageError(_DAMAGED) from error
     if not complete:

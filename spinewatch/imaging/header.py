@@ -1,13 +1,19 @@
-"""The header of an uploaded image: format and size, read without decoding a pixel."""
+"""The header of an uploaded image: format and size, read without decoding a pixel.
+
+The file is first walked here under hard limits: a parser of a library reads whatever the file says, such as millions of
+strips or chunks, which costs seconds and hundreds of megabytes.
+"""
 
 from __future__ import annotations
 
+import struct
 from dataclasses import dataclass
 from io import BytesIO
 
 from PIL import Image
 
 from spinewatch.errors import ImageError
+from spinewatch.imaging import jpeg_segments, png_chunks, tiff_directory
 
 MAX_PIXELS = 64_000_000
 """Largest image that is decoded: 270 frames of the 568 x 416 cart."""
@@ -26,6 +32,9 @@ _SAMPLE_FORMAT_TAG = 339
 _BITS_TAG = 258
 _SIGNED = 2
 _MAX_BITS = 16
+_SUN_SIGNATURE = b"\x59\xa6\x6a\x95"
+_SUN_SIZE = struct.Struct(">II")
+_NO_IMAGE = "the file is not a PNG, TIFF, JPEG or Sun raster image, or is damaged"
 
 
 @dataclass(frozen=True)
@@ -107,13 +116,16 @@ def open_image(data: bytes) -> Image.Image:
     """
     if not data:
         raise ImageError("the file is empty; copy it again")
+    width, height = _stored_size(data)
+    if width * height > MAX_PIXELS:
+        raise ImageError(_too_large())
     try:
         image = Image.open(BytesIO(data), formats=_FORMATS)
         several = bool(getattr(image, "is_animated", False))
     except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
         raise ImageError(_too_large()) from error
     except Exception as error:  # parsers of hostile bytes raise exceptions of any class
-        raise ImageError("the file is not a PNG, TIFF, JPEG or Sun raster image, or is damaged") from error
+        raise ImageError(_NO_IMAGE) from error
     if several:
         raise ImageError("the file holds several images; send one image per file")
     if _has_signed_samples(image):
@@ -125,6 +137,20 @@ def open_image(data: bytes) -> Image.Image:
     if image.width * image.height > MAX_PIXELS:
         raise ImageError(_too_large())
     return image
+
+
+def _stored_size(data: bytes) -> tuple[int, int]:
+    """Return width and height of a file that can be read at a bounded cost."""
+    if data.startswith(png_chunks.SIGNATURE):
+        return png_chunks.png_size(data)
+    if data.startswith(tiff_directory.SIGNATURES):
+        return tiff_directory.tiff_size(data)
+    if data.startswith(jpeg_segments.SIGNATURE):
+        return jpeg_segments.jpeg_size(data)
+    if data.startswith(_SUN_SIGNATURE) and len(data) >= len(_SUN_SIGNATURE) + _SUN_SIZE.size:
+        width, height = _SUN_SIZE.unpack_from(data, len(_SUN_SIGNATURE))
+        return width, height
+    raise ImageError(_NO_IMAGE)
 
 
 def orientation(image: Image.Image) -> int:

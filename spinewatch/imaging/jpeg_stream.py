@@ -139,5 +139,7 @@ def _decode(data: bytes) -> NDArray[Any] | None:
     try:
         with Image.open(BytesIO(data), formats=("JPEG",)) as image:
             return np.asarray(image)
+    except MemoryError:
+        raise
     except Exception:  # decoders of changed bytes raise exceptions of any class
         return None

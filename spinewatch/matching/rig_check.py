@@ -29,6 +29,9 @@ _RANK_TOLERANCE = 1e-6
 _RELATIVE_ORIENTATION_DOF = 5
 """Parameters of a relative orientation, which the residuals determine at most."""
 
+_OTHER_CAUSE = "movement between exposures that were not taken together looks the same"
+"""What else than a moved camera displaces images across the epipolar lines."""
+
 
 @dataclass(frozen=True)
 class RigCheckParameters:
@@ -127,7 +130,7 @@ class RigCheck:
             self.marker_scale.message if self.marker_scale is not None and self.marker_scale.drifted else None
         )
         parts = [self._epipolar_message] if self.off_epipolar or scale is None else []
-        return "; ".join([*parts, *([scale] if scale else []), "calibrate again"])
+        return "; ".join([*parts, *([scale] if scale else []), _OTHER_CAUSE, "calibrate again"])
 
     @property
     def _epipolar_message(self) -> str:

@@ -3,10 +3,25 @@ from types import ModuleType
 
 import pytest
 
-from checks import architecture, flags_page, mirror
+from checks import architecture, codes_page, flags_page, limits_page, measures_page, mirror
+
+PLACES = {
+    "architecture.md": "<!-- tree -->\n```text\nbefore the write\n```\n<!-- /tree -->",
+    "operations.md": "<!-- limits -->\nbefore the write\n<!-- /limits -->",
+}
+"""Where the generated part goes in a page that is written by hand otherwise."""
 
 
-@pytest.mark.parametrize(("module", "name"), [(architecture, "architecture.md"), (flags_page, "flags.md")])
+@pytest.mark.parametrize(
+    ("module", "name"),
+    [
+        (architecture, "architecture.md"),
+        (codes_page, "codes.md"),
+        (flags_page, "flags.md"),
+        (limits_page, "operations.md"),
+        (measures_page, "measures.md"),
+    ],
+)
 def test_a_page_that_differs_fails_until_it_is_written(
     module: ModuleType,
     name: str,
@@ -15,7 +30,7 @@ def test_a_page_that_differs_fails_until_it_is_written(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     page = tmp_path / name
-    page.write_text("# Page\n\n<!-- tree -->\n```text\nbefore the write\n```\n<!-- /tree -->\n")
+    page.write_text(f"# Page\n\n{PLACES.get(name, '')}\n")
     monkeypatch.setattr(module, "PAGE", page)
     assert module.main(()) == 1
     assert "--write" in capsys.readouterr().err
@@ -41,3 +56,17 @@ def test_a_module_without_tests_and_a_test_without_module_are_named(
         "spinewatch/a.py has no test file of its own",
         "tests of spinewatch/c: there is no such module",
     ]
+
+
+def test_a_limit_that_is_on_no_page_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "service").mkdir()
+    (tmp_path / "service" / "new.py").write_text("MAX_PARTS = 7\n_MIN_PARTS: int = 1\nmax_other = 3\n")
+    monkeypatch.setattr(limits_page, "PROJECT", tmp_path)
+    lines = limits_page.missing()
+    assert lines[:2] == [
+        "service/new.MAX_PARTS is a limit that docs/operations.md does not list",
+        "service/new._MIN_PARTS is a limit that docs/operations.md does not list",
+    ]
+    assert "service/limits.MAX_HEADERS is no constant" in lines

@@ -6,16 +6,18 @@ import re
 import shutil
 import signal
 import socket
+import sqlite3
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import httpx
 import pytest
 
 from tests.paths import PROJECT
+from tests.patience import PATIENCE_S
 
 SAMPLES = PROJECT / "samples"
 
@@ -30,24 +32,29 @@ def command(folder: Path, *options: object) -> list[str]:
 
 def run(folder: Path, *options: object) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        command(folder, *options), capture_output=True, text=True, check=False, cwd=PROJECT, timeout=90
+        command(folder, *options),
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=PROJECT,
+        timeout=PATIENCE_S,
     )
 
 
 @contextmanager
-def serving(folder: Path, *options: object) -> Iterator[str]:
-    """Run the sample without --exit; yield the URL of its service, and stop it at the end."""
+def serving(folder: Path, *options: object) -> Iterator[tuple[str, str]]:
+    """Run the sample without --exit; yield the URL and the key of its service, and stop it at the end."""
     process = subprocess.Popen(command(folder, *options), stdout=subprocess.PIPE, text=True, cwd=PROJECT)
     assert process.stdout is not None
     with process:
         try:
-            lines = (re.match(r"Serving at (\S+)", line) for line in process.stdout)
-            url = next((found[1] for found in lines if found), None)
-            assert url, "the sample ended without serving"
-            yield url
+            lines = (re.match(r"Open (\S+)/#key=(\S+)$", line) for line in process.stdout)
+            found = next((match for match in lines if match), None)
+            assert found, "the sample ended without serving"
+            yield found[1], found[2]
         finally:
             process.send_signal(signal.SIGTERM)
-            process.wait(30)
+            process.wait(PATIENCE_S)
 
 
 def test_exit_prints_tables_and_stops_everything(tmp_path: Path) -> None:
@@ -62,10 +69,20 @@ def test_exit_prints_tables_and_stops_everything(tmp_path: Path) -> None:
     assert re.search(r"^T7 .*±", out, re.M)
     assert "in object space of calibration dev_large" in out
     assert "reference triad L1" in out
+    for stage in ("PRE", "INTER", "POST"):
+        for measure in ("cobb-fixed", "apical-rotation"):
+            change = "" if stage == "PRE" else r".*\[.*\]"
+            pattern = rf"^{stage}\s+{measure}, curve 1\s+[T1-9L-]+\s+-?[\d.]+° \[.*\]\s+\w+\*{change}"
+            assert re.search(pattern, out, re.M), (stage, measure)
+    assert "in patient axes at stage PRE" in out
     url = re.search(r"Surgery:\s+(http://127\.0\.0\.1:\d+)/v1/surgeries/[0-9a-f-]{36}", out)
     assert url
     with pytest.raises(httpx.ConnectError):
         httpx.get(f"{url[1]}/v1/health")
+    with closing(sqlite3.connect(tmp_path / "var" / "spinewatch.sqlite")) as database:
+        rows = database.execute("SELECT name, revoked_at IS NULL FROM api_keys").fetchall()
+    assert rows == [("sample", 0)]
+    assert "sw_" not in (tmp_path / "var" / "service.log").read_text()
 
 
 def test_keeps_serving_beside_another_program_until_it_is_stopped(tmp_path: Path) -> None:
@@ -73,13 +90,19 @@ def test_keeps_serving_beside_another_program_until_it_is_stopped(tmp_path: Path
         other.bind(("127.0.0.1", 0))
         other.listen()
         taken = other.getsockname()[1]
-        with serving(tmp_path, "--port", taken) as url:
+        with serving(tmp_path, "--port", taken) as (url, key):
             assert not url.endswith(f":{taken}")
             assert httpx.get(f"{url}/v1/health").is_success
-            assert "SAMPLE-D1" in httpx.get(f"{url}/v1/surgeries").text
-            again = run(tmp_path, "--url", url)
-            broken = run(tmp_path, "--url", url, "--samples", broken_samples(tmp_path))
+            assert (
+                "SAMPLE-D1"
+                in httpx.get(f"{url}/v1/surgeries", headers={"Authorization": f"Bearer {key}"}).text
+            )
+            again = run(tmp_path, "--url", url, "--key", key)
+            broken = run(tmp_path, "--url", url, "--key", key, "--samples", broken_samples(tmp_path))
+            locked_out = run(tmp_path, "--url", url)
     assert again.returncode == 0, again.stderr
+    assert locked_out.returncode == 2
+    assert "Authorization: Bearer" in locked_out.stderr
     assert broken.returncode == 1
     assert "INTER: failed" in broken.stdout
     assert "damaged or incomplete" in broken.stdout

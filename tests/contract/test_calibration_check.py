@@ -38,6 +38,6 @@ def test_a_page_of_checks_has_the_scale_of_all_stages() -> None:
         "yaw_deg": -0.4,
         "base_mm": 4.0,
     }
-    page = {"items": [CHECK], "total": 1, "limit": 50, "offset": 0}
+    page = {"items": [CHECK], "total": 1, "limit": 50, "next_cursor": None}
     assert CalibrationChecks.model_validate({**page, "pooled_scale": scale}).pooled_scale is not None
     assert CalibrationChecks.model_validate({**page, "pooled_scale": None}).pooled_scale is None

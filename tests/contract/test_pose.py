@@ -10,7 +10,17 @@ from spinewatch.triads.pose import Pose
 from tests.contract.results import pose
 from tests.paths import PROJECT
 
-ROOMS = ("contract", "spinewatch", "store", "workers", "service", "reports", "commands", "settings")
+ROOMS = (
+    "contract",
+    "spinewatch",
+    "store",
+    "workers",
+    "service",
+    "exports",
+    "reports",
+    "commands",
+    "settings",
+)
 NAMES = ("position_sd_mm", "angles_deg", "rotation_sd_deg", "covariance", "normal")
 
 

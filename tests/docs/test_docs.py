@@ -13,7 +13,17 @@ import pytest
 from spinewatch.flags import FLAGS
 from tests.paths import PROJECT
 
-ROOMS = ("spinewatch", "contract", "reports", "settings", "store", "workers", "service", "commands")
+ROOMS = (
+    "spinewatch",
+    "contract",
+    "exports",
+    "reports",
+    "settings",
+    "store",
+    "workers",
+    "service",
+    "commands",
+)
 DOCUMENTS = [
     *sorted(PROJECT.glob("*.md")),
     *sorted((PROJECT / "docs").glob("*.md")),
@@ -51,7 +61,8 @@ def test_every_flag_is_raised_somewhere_and_no_other() -> None:
 def test_every_dependency_has_its_reason() -> None:
     project = tomllib.loads((PROJECT / "pyproject.toml").read_text())
     groups = project["dependency-groups"].values()
-    wanted = [*project["project"]["dependencies"], *(name for group in groups for name in group)]
+    extras = project["project"]["optional-dependencies"].values()
+    wanted = [*project["project"]["dependencies"], *(name for group in (*groups, *extras) for name in group)]
     names = {re.split(r"[=<>\[]", requirement)[0] for requirement in wanted}
     assert names == first_column(PROJECT / "docs" / "dependencies.md")
 
@@ -60,7 +71,9 @@ def test_direct_dependencies_are_locked_at_their_version() -> None:
     project = tomllib.loads((PROJECT / "pyproject.toml").read_text())
     run = (PROJECT / "requirements.lock").read_text()
     dev = (PROJECT / "requirements-dev.lock").read_text()
-    for requirement in (re.sub(r"\[.*?\]", "", text) for text in project["project"]["dependencies"]):
+    extras = [name for group in project["project"]["optional-dependencies"].values() for name in group]
+    wanted = [*project["project"]["dependencies"], *extras]
+    for requirement in (re.sub(r"\[.*?\]", "", text) for text in wanted):
         assert re.search(rf"^{re.escape(requirement)}[ ;\\]", run, re.M), requirement
         assert re.search(rf"^{re.escape(requirement)}[ ;\\]", dev, re.M), requirement
     for requirement in project["dependency-groups"]["dev"]:

@@ -15,6 +15,7 @@ FOLDERS = (
     *(
         "spinewatch",
         "contract",
+        "exports",
         "reports",
         "settings",
         "store",
@@ -30,7 +31,7 @@ ABOLISHED = (
     # archaic or literary words
     *("afresh", "anew", "anyhow", "lest", "nought", "so many", "thereof", "whereat", "whereby", "wholly"),
     # names of the project's own that standard terms replaced
-    *("carry_out", "legacy_1995", "pictures?", "sightings", "the bell", "the scout", "the judge"),
+    *("carry_out", "pictures?", "sightings", "the bell", "the scout", "the judge"),
     # names of quantities: min_, max_, chi2, p_value, log_odds, rotation
     *(r"least_(?!squares)\w+", r"most_\w+", "turn_deg", "turn_sd_deg"),
     # American and -ise spellings beside the British ones with -ize that the project uses

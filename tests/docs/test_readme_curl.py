@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
@@ -11,6 +12,7 @@ import pytest
 
 from commands.shared.local_service import LocalService
 from tests.paths import PROJECT
+from tests.patience import PATIENCE_S
 
 
 @pytest.mark.skipif(shutil.which("curl") is None, reason="needs curl")
@@ -20,7 +22,13 @@ def test_readme_calls_work(tmp_path: Path) -> None:
     with LocalService(tmp_path, 8300) as service:
         script = script.replace("http://127.0.0.1:8000", service.url)
         done = subprocess.run(
-            ["bash", "-euc", script], capture_output=True, text=True, check=False, cwd=PROJECT, timeout=60
+            ["bash", "-euc", script],
+            capture_output=True,
+            text=True,
+            check=False,
+            cwd=PROJECT,
+            timeout=PATIENCE_S,
+            env={**os.environ, "SPINEWATCH_KEY": service.key},
         )
     assert done.returncode == 0, done.stderr
     assert '"kind":"calibration"' in done.stdout

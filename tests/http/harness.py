@@ -6,11 +6,11 @@ import json
 import os
 import signal
 import socket
-import sqlite3
 import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -18,15 +18,21 @@ from uuid import uuid4
 
 import httpx
 
+from contract.event import Actor, ActorKind
+from contract.key import NewKey, Scope
 from migrations.history import upgrade
+from store import keys
+from store.clock import utc_now
+from store.database import Database
+from tests.backends import new_database, new_queue, run_sql, write_lock_is_free
 from tests.paths import SAMPLES
+from tests.patience import PATIENCE_S
 
 SAMPLE = SAMPLES / "D1"
 BOARDS = SAMPLES / "calibration" / "C1"
 RIG = json.loads((SAMPLE / "rig.json").read_text())
 VERTEBRAE = ["L1", "T11", "T9", "T7"]
 FINAL = {"succeeded", "failed", "cancelled"}
-PATIENCE_S = 40.0
 
 Pair = tuple[bytes, bytes]
 
@@ -55,25 +61,44 @@ def free_port() -> int:
         return int(probe.getsockname()[1])
 
 
+def make_key(url: str, *scopes: Scope) -> str:
+    """Make an API key in a database, one with every scope by default."""
+    database = Database(url)
+    try:
+        with database.write() as session:
+            new = NewKey(name="test", scopes=list(scopes or Scope))
+            return keys.add(session, new, utc_now(), Actor(kind=ActorKind.COMMAND, name="test"))[1]
+    finally:
+        database.close()
+
+
 class Service:
-    """The server and the workers that a test starts; ``client`` is an HTTP client of the server."""
+    """The server and the workers that a test starts; ``client`` is an HTTP client of the server with a ``key``."""
 
     def __init__(self, folder: Path, **settings: str) -> None:
         self.database = folder / "spinewatch.sqlite"
         self.queue = folder / "spinewatch-queue.sqlite"
+        self._storage = ExitStack()
+        self.database_url = self._storage.enter_context(new_database(folder, name="spinewatch"))
+        self.queue_url = self._storage.enter_context(new_queue(folder, self.database_url))
         self.log = folder / "log.txt"
         self.port = free_port()
         self.environment = {
-            "SPINEWATCH_DATABASE_URL": f"sqlite:///{self.database}",
+            "SPINEWATCH_DATABASE_URL": self.database_url,
+            "SPINEWATCH_QUEUE_URL": self.queue_url,
             "SPINEWATCH_PORT": str(self.port),
             "OPENBLAS_NUM_THREADS": "1",
             **settings,
         }
-        self.client = httpx.Client(base_url=f"http://127.0.0.1:{self.port}", timeout=30, trust_env=False)
+        self.client = httpx.Client(
+            base_url=f"http://127.0.0.1:{self.port}", timeout=PATIENCE_S, trust_env=False
+        )
         self._processes: list[subprocess.Popen[bytes]] = []
 
     def __enter__(self) -> Service:
         upgrade(self.environment["SPINEWATCH_DATABASE_URL"])
+        self.key = self.make_key()
+        self.client.headers["Authorization"] = f"Bearer {self.key}"
         self.start("serve")
         wait_for(self.ready, "the service")
         return self
@@ -88,10 +113,15 @@ class Service:
                 process.terminate()
         for process in self._processes:
             try:
-                process.wait(10)
+                process.wait(PATIENCE_S / 4)
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()
+        self._storage.close()
+
+    def make_key(self, *scopes: Scope) -> str:
+        """Make an API key in the database, one with every scope by default."""
+        return make_key(self.environment["SPINEWATCH_DATABASE_URL"], *scopes)
 
     def start(self, command: str, **settings: str) -> subprocess.Popen[bytes]:
         with self.log.open("ab") as log:
@@ -104,6 +134,11 @@ class Service:
             )
         self._processes.append(process)
         return process
+
+    @property
+    def server(self) -> subprocess.Popen[bytes]:
+        """The process of the API."""
+        return self._processes[0]
 
     def kill_workers(self) -> None:
         server, *workers = self._processes
@@ -128,7 +163,7 @@ class Service:
 
     def surgery(self) -> str:
         body = {
-            "reference": f"case-{uuid4().hex[:8]}",
+            "reference": f"case-{uuid4().int % 10**12}",
             "vertebrae": VERTEBRAE,
             "reference_vertebra": "L1",
             "spine_axis": "x",
@@ -192,15 +227,11 @@ class Service:
         return [action for (action,) in self.sql(query, *subjects)]
 
     def sql(self, query: str, *values: Any) -> list[tuple[Any, ...]]:
-        connection = sqlite3.connect(self.database, timeout=10)
-        try:
-            return connection.execute(query, values).fetchall()
-        finally:
-            connection.close()
+        return run_sql(self.database_url, query, *values)
 
     def write_locks_are_free(self) -> bool:
         """Return whether no process holds the write lock of the database or of the queue."""
-        return all(_write_lock_is_free(path) for path in (self.database, self.queue))
+        return all(write_lock_is_free(url) for url in (self.database_url, self.queue_url))
 
 
 def stop(process: subprocess.Popen[bytes]) -> None:
@@ -213,18 +244,6 @@ def _thread_states(pid: int) -> set[str]:
     """Return the states (proc(5)) of a process's threads."""
     files = Path(f"/proc/{pid}/task").glob("*/stat")
     return {file.read_text().rpartition(")")[2].split()[0] for file in files}
-
-
-def _write_lock_is_free(database: Path) -> bool:
-    connection = sqlite3.connect(database, timeout=0.2, isolation_level=None)
-    try:
-        connection.execute("BEGIN IMMEDIATE")
-        connection.execute("ROLLBACK")
-    except sqlite3.OperationalError:
-        return False
-    finally:
-        connection.close()
-    return True
 
 
 def problem_of(answer: httpx.Response, status: int) -> dict[str, Any]:

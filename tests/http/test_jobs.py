@@ -23,7 +23,7 @@ def test_a_job_waits_without_workers_and_can_be_cancelled_once(idle: Service) ->
 def test_a_cancelled_stage_is_not_measured_and_may_be_taken_again(idle: Service) -> None:
     surgery, calibration = idle.surgery(), idle.calibration()
     first = idle.submit(surgery, "PRE", pair("PRE"), calibration)
-    assert code_of(idle.send(surgery, "PRE", pair("PRE"), calibration), 409) == "stage-exists"
+    assert code_of(idle.send(surgery, "PRE", pair("POST"), calibration), 409) == "stage-exists"
     idle.client.post(f"/v1/jobs/{first}/cancel")
     second = idle.submit(surgery, "PRE", pair("PRE"), calibration)
     idle.start("worker")

@@ -118,7 +118,7 @@ def test_motion_back_is_the_inverse_rotation(service: Service, measured: str) ->
 
 
 def test_motion_says_which_vertebrae_are_missing(service: Service, calibration: str) -> None:
-    body = {"reference": "missing", "vertebrae": ["L1", "T11"], "reference_vertebra": "L1"}
+    body = {"reference": "case 0", "vertebrae": ["L1", "T11"], "reference_vertebra": "L1"}
     surgery = service.client.post("/v1/surgeries", json=body).json()["id"]
     for name in ("PRE", "POST"):
         service.finished(service.submit(surgery, name, pair(name), calibration))

@@ -2,6 +2,8 @@
 
 import json
 import os
+import re
+import shutil
 import signal
 import socket
 import subprocess
@@ -13,7 +15,9 @@ from pathlib import Path
 import pytest
 
 from store.revision import REVISION
+from store.verification import verify
 from tests.http.harness import free_port, wait_for
+from tests.patience import PATIENCE_S
 
 COMMAND = [sys.executable, "-m", "commands"]
 
@@ -59,8 +63,10 @@ class Running:
 
     def healthy(self) -> bool:
         try:
-            with urllib.request.urlopen(f"http://127.0.0.1:{self.port}/v1/health", timeout=2) as answer:
-                return bool(json.load(answer)["status"] == "ready")
+            with urllib.request.urlopen(
+                f"http://127.0.0.1:{self.port}/v1/health", timeout=PATIENCE_S
+            ) as answer:
+                return bool(json.load(answer)["status"] == "live")
         except OSError:
             return False
 
@@ -90,8 +96,34 @@ def test_what_dies_is_started_again_and_all_stop_together(running: Running) -> N
     wait_for(running.healthy, "the new server")
     last = children_of(running.process)
     running.process.terminate()
-    assert running.process.wait(15) == 0
+    assert running.process.wait(PATIENCE_S) == 0
     assert not any(alive(pid) for pid in last)
+    copy = shutil.copyfile(
+        running.output.parent / "new" / "spinewatch.sqlite", running.output.with_name("copy")
+    )
+    assert verify(copy).problems == ()
+
+
+def test_a_first_key_is_printed_once_with_the_address_of_the_page(running: Running) -> None:
+    wait_for(lambda: "Open http" in running.output.read_text(), "the address of the page")
+    output = running.output.read_text()
+    (key,) = set(re.findall(r"sw_[a-z2-7]{8}_[a-z2-7]{52}", output))
+    assert f"Open http://127.0.0.1:{running.port}/#key={key}\n" in output
+    assert f"shown only here: {key}\n" in output
+    request = urllib.request.Request(
+        f"http://127.0.0.1:{running.port}/v1/session", headers={"Authorization": f"Bearer {key}"}
+    )
+    with urllib.request.urlopen(request, timeout=PATIENCE_S) as answer:  # noqa: S310
+        assert json.load(answer)["scopes"] == ["admin"]
+    running.process.terminate()
+    running.process.wait(PATIENCE_S)
+    again = Running(running.output.parent)
+    try:
+        wait_for(again.ready, "the service to be announced again")
+    finally:
+        again.process.terminate()
+        again.process.wait(PATIENCE_S)
+    assert "sw_" not in again.output.read_text()
 
 
 def test_nothing_outlives_a_killed_supervisor(running: Running) -> None:
@@ -107,7 +139,7 @@ def refusal(*arguments: str, folder: Path, **settings: str) -> str:
         env=environment(folder, **settings),
         capture_output=True,
         text=True,
-        timeout=30,
+        timeout=PATIENCE_S,
         check=False,
     )
     assert ended.returncode == 2, ended.stderr

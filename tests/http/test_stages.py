@@ -95,7 +95,7 @@ def test_a_failed_stage_may_be_taken_again(service: Service, surgery: str, calib
     assert again.json()["take"] == 2
     assert service.finished(again.json()["job"]["id"])["state"] == "succeeded"
     takes = service.client.get(f"/v1/surgeries/{surgery}/stages").json()["items"]
-    assert [(take["take"], take["state"]) for take in takes] == [(1, "failed"), (2, "succeeded")]
+    assert [(take["take"], take["state"]) for take in takes] == [(2, "succeeded"), (1, "failed")]
     assert service.client.get(f"/v1/surgeries/{surgery}/stages/PRE").json()["take"] == 2
 
 

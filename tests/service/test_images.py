@@ -1,26 +1,28 @@
+from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 from sqlalchemy.orm import Session
 
-from migrations.history import upgrade
 from service.images import file_response, image_pair
 from spinewatch.imaging.header import inspect_image
 from store import images
 from store.database import Database
 from store.images import NewImage
 from store.tables import Image
+from tests.backends import new_database
 from tests.paths import SAMPLES
 
 CONTENT = (SAMPLES / "D1" / "PRE" / "left.png").read_bytes()
 
 
 @pytest.fixture
-def database(tmp_path: Path) -> Database:
-    url = f"sqlite:///{tmp_path / 'spinewatch.sqlite'}"
-    upgrade(url)
-    return Database(url)
+def database(tmp_path: Path) -> Iterator[Database]:
+    with new_database(tmp_path) as url:
+        database = Database(url)
+        yield database
+        database.close()
 
 
 def stored(session: Session) -> Image:
@@ -37,7 +39,6 @@ def test_a_file_is_sent_unless_the_client_has_it(database: Database) -> None:
         assert response.headers["x-content-type-options"] == "nosniff"
         assert file_response(session, row, f'W/"{row.sha256}"').status_code == 304
         assert file_response(session, row, '"other"').status_code == 200
-    database.close()
 
 
 def test_a_pair_is_described_without_its_content(database: Database) -> None:
@@ -46,4 +47,3 @@ def test_a_pair_is_described_without_its_content(database: Database) -> None:
         pair = image_pair(row, row)
     assert (pair.left.width_px, pair.left.height_px, pair.left.size_bytes) == (568, 416, len(CONTENT))
     assert pair.right == pair.left
-    database.close()

@@ -18,7 +18,7 @@ def test_problems_are_declared_as_problem_json() -> None:
     for _ in range(2):
         document = app.openapi()
         responses = document["paths"]["/things/{number}"]["get"]["responses"]
-        assert set(responses) == {"200", "404", "500", "503"}
+        assert set(responses) == {"200", "401", "403", "404", "429", "500", "503"}
         schema = {"$ref": "#/components/schemas/Problem"}
         assert responses["404"]["content"] == {"application/problem+json": {"schema": schema}}
         assert "HTTPValidationError" not in document["components"]["schemas"]

@@ -1,13 +1,15 @@
+from errno import ENOSPC
 from typing import Any
 
 import pytest
-from fastapi import FastAPI
+from fastapi import FastAPI, HTTPException
 from pydantic import BaseModel
 from sqlalchemy.exc import OperationalError
 
+from contract.setup_checks import SpineSetupError
 from service import problems
 from service.problems import InvalidInputError, problem
-from spinewatch.errors import ImageError, RigError, SpinewatchError
+from spinewatch.errors import ImageError, MissingPackageError, RigError, SpinewatchError
 from tests.service.middleware.asgi import request
 
 
@@ -61,6 +63,19 @@ def test_a_named_error_has_its_code_and_sentence() -> None:
     assert "errors" not in document
 
 
+def test_a_package_that_the_service_lacks_is_no_fault_of_the_request() -> None:
+    document = raised(MissingPackageError("DICOM SR", "highdicom", "pip install spinewatch[dicom]"))
+    assert (document["status"], document["type"]) == (501, "urn:spinewatch:problem:missing-package")
+    assert "pip install" in document["detail"]
+
+
+def test_an_error_of_a_setup_names_the_path_of_the_field() -> None:
+    error = SpineSetupError(("initial", "poses", 2, "rotation"), "is a reflection", "axes-reflected")
+    document = raised(error)
+    assert (document["status"], document["type"]) == (422, "urn:spinewatch:problem:axes-reflected")
+    assert document["errors"][0]["loc"] == ["body", "initial", "poses", 2, "rotation"]
+
+
 def test_an_error_of_a_rig_or_a_form_names_the_field() -> None:
     rig = raised(RigError("left.radial", "is missing"))
     assert rig["errors"][0]["loc"] == ["body", "left", "radial"]
@@ -89,3 +104,23 @@ def test_the_methods_of_all_routes_at_a_path_are_allowed(app: FastAPI) -> None:
     response = request(app, "DELETE", "/thing")
     assert (response.status_code, response.headers["allow"]) == (405, "GET, HEAD, POST")
     assert request(app, "GET", "/nothing").json()["detail"] == "there is no such path; see /docs"
+
+
+def test_an_answer_has_at_most_twenty_errors(app: FastAPI) -> None:
+    document = request(app, "POST", "/thing", json={f"k{n}": n for n in range(100)}).json()
+    assert len(document["errors"]) == 20
+    assert "the first 20 of 101 errors" in document["detail"]
+
+
+def test_an_upload_that_cannot_be_stored_is_not_the_clients_fault() -> None:
+    def failed() -> HTTPException:
+        try:
+            raise OSError(ENOSPC, "No space left on device")
+        except OSError as cause:
+            error = HTTPException(400, "There was an error parsing the body")
+            error.__cause__ = cause
+            return error
+
+    document = raised(failed())
+    assert (document["status"], document["type"]) == (507, "urn:spinewatch:problem:insufficient-storage")
+    assert raised(HTTPException(400, "no boundary"))["status"] == 400

@@ -1,9 +1,10 @@
+import time
 from pathlib import Path
 
 import pytest
 from pydantic import ValidationError
 
-from settings import Settings
+from settings import Settings, unknown_variables
 from tests.paths import PROJECT
 
 OPERATIONS = PROJECT / "docs" / "operations.md"
@@ -51,7 +52,7 @@ def test_a_child_process_gets_the_same_settings(monkeypatch: pytest.MonkeyPatch)
         ("sqlite:////data/x.sqlite", "sqlite:////data/x-queue.sqlite"),
         ("sqlite:///var/x.sqlite", "sqlite:///var/x-queue.sqlite"),
         ("sqlite:///x", "sqlite:///x-queue.sqlite"),
-        ("postgresql+psycopg://host/name", "sqlite:///var/spinewatch-queue.sqlite"),
+        ("postgresql+psycopg://host/name", "postgresql+psycopg://host/name"),
     ],
 )
 def test_the_queue_is_beside_the_database(database: str, queue: str) -> None:
@@ -64,3 +65,54 @@ def test_settings_do_not_change_and_are_checked() -> None:
         Settings(port=0)
     with pytest.raises(ValidationError):
         Settings().port = 1
+
+
+@pytest.mark.parametrize(
+    ("name", "nearest"),
+    [
+        ("SPINEWATCH_PROT", "SPINEWATCH_PORT"),
+        ("SPINEWATCH_DATABASE", "SPINEWATCH_DATABASE_URL"),
+        ("SPINEWATCH_MAX_UPLOAD_BYTE", "SPINEWATCH_MAX_UPLOAD_BYTES"),
+        ("SPINEWATCH_QQQ", None),
+    ],
+)
+def test_a_misspelt_setting_is_named_with_the_nearest(name: str, nearest: str | None) -> None:
+    known = ["SPINEWATCH_PORT", "SPINEWATCH_KEY", "spinewatch_port", "PATH", "OTHER_SPINEWATCH_PORT"]
+    assert unknown_variables([*known, name]) == {name: nearest}
+
+
+OPAQUE = [
+    "1", "17", "17a", "A1", "2026-0417", "2026/0417", "case 17", "CASE17", "OP 17", "SAMPLE-D1", "case-1a2b3c4d",
+    "1/2/3", "KH.26/0417b", "OR4_2026_17", "P-00123", "b1ba4cf2-7b67-4f14-9a35-dcbacafeabcd", "0" * 64,
+]  # fmt: skip
+NAMES = [
+    "Anna", "Anna Smith", "Smith 1970", "Smith1970", "1970Smith", "17-Smith", "Smith, 17", "17/Anna/3", "Kim Lee 7",
+    "M\u00fcller 3", "case", "case Anna", "caseanna1", "missing", "deadbeef", "a1b2Anna", "17 ", " 17", "--", "1--2",
+    "17\n",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("references", "taken"), [(OPAQUE, True), (NAMES, False)])
+def test_the_usual_pattern_takes_numbers_and_no_names(references: list[str], taken: bool) -> None:
+    pattern = Settings().case_number
+    assert {reference for reference in references if bool(pattern.fullmatch(reference)) is not taken} == set()
+
+
+@pytest.mark.parametrize(
+    "part", ["a", "1", "a1", "1a", "ab1c ", "a1b2-", "1 ", "a-", "0123456789abcdef-", "abcd"]
+)
+def test_no_reference_keeps_the_usual_pattern_busy(part: str) -> None:
+    pattern = Settings().case_number
+    start = time.process_time()
+    assert not pattern.fullmatch((part * 2000)[:2000] + "!")
+    assert time.process_time() - start < 1.0
+
+
+def test_a_pattern_that_is_none_is_refused() -> None:
+    with pytest.raises(ValidationError, match="not a regular expression"):
+        Settings(reference_pattern="(")
+
+
+def test_a_site_sets_its_own_pattern() -> None:
+    assert Settings(reference_pattern="K[0-9]{4}").case_number.fullmatch("K0417")
+    assert not Settings(reference_pattern="K[0-9]{4}").case_number.fullmatch("2026-0417")

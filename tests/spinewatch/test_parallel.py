@@ -4,6 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from spinewatch.parallel import both
+from tests.patience import PATIENCE_S
 
 
 def test_results_are_in_the_order_of_the_views_with_and_without_a_pool() -> None:
@@ -13,7 +14,7 @@ def test_results_are_in_the_order_of_the_views_with_and_without_a_pool() -> None
 
 
 def test_a_pool_computes_the_views_at_the_same_time() -> None:
-    together = threading.Barrier(2, timeout=10)
+    together = threading.Barrier(2, timeout=PATIENCE_S)
 
     def meet(view: str) -> str:
         together.wait()

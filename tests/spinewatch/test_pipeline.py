@@ -9,9 +9,11 @@ from spinewatch.errors import ImageSizeError, ParameterError, SameImageError
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import SIDES, Frame
 from spinewatch.levels import LevelError
-from spinewatch.pipeline import Parameters, StageMeasurement, StageMeasurer, StageRequest
+from spinewatch.pipeline import Parameters, StageMeasurement, StageMeasurer, StageRequest, relabelled
 from spinewatch.rig_files.rig_json import parse_rig
+from spinewatch.triads.labels import KnownConfiguration
 from tests.paths import SAMPLES
+from tests.stage_images import T7_IN_INTER, sample, without
 
 REQUEST = StageRequest(labels=("L1", "T11", "T9", "T7"), spine_axis="x")
 
@@ -136,3 +138,20 @@ def test_one_exposure_with_other_noise_is_no_pair(rig: Rig) -> None:
     again = np.clip(left.pixels + noise, 0, 255).astype(np.uint8)
     with pytest.raises(SameImageError, match="same image"):
         StageMeasurer(rig).measure(left, Frame(again, "right"), REQUEST)
+
+
+def test_labels_are_decided_again_with_the_poses_of_another_stage(rig: Rig) -> None:
+    measurer = StageMeasurer(rig)
+    before = measurer.measure(*frames("PRE"), REQUEST)
+    left, right = (
+        Frame(decode_image(content), side)
+        for content, side in zip(without(sample("INTER"), T7_IN_INTER), SIDES, strict=True)
+    )
+    open_ = measurer.measure(left, right, REQUEST)
+    assert [triad.label for triad in open_.triads] == [None] * 3
+    known = {triad.label: triad.triad.pose for triad in before.triads if triad.label and triad.triad.pose}
+    decided = relabelled(open_, replace(REQUEST, known=KnownConfiguration(poses=known)))
+    assert [triad.label for triad in decided.triads] == ["L1", "T11", "T9"]
+    assert poses(decided) == poses(open_)
+    assert {flag.code for flag in open_.flags} - {flag.code for flag in decided.flags} == {"labels-uncertain"}
+    assert relabelled(open_, REQUEST).flags == open_.flags

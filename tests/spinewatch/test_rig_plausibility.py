@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from spinewatch.camera import Camera, Rig
 from spinewatch.errors import RigError
 from spinewatch.rig_plausibility import (
+    check_measurable_rig,
     check_plausible_camera,
     check_plausible_rig,
     is_parallel,
@@ -55,6 +56,13 @@ def test_parallel_axes_pass_because_the_range_may_be_given() -> None:
     check_plausible_rig(parallel)
     assert is_parallel(parallel)
     assert not sees_common_field(parallel)
+
+
+def test_a_rig_whose_axes_meet_nowhere_measures_no_stage() -> None:
+    check_measurable_rig(RIG)
+    parallel = Rig("parallel", RIG.left, replace(RIG.right, rotation_deg=RIG.left.rotation_deg))
+    with pytest.raises(RigError, match=r"right\.rotation_deg"):
+        check_measurable_rig(parallel)
 
 
 def test_a_rig_turned_as_a_whole_passes() -> None:

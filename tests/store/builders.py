@@ -10,6 +10,7 @@ from typing import Any
 from contract.calibration import CalibrationResult
 from contract.event import Actor, ActorKind
 from contract.pose import PoseFields
+from contract.spine_setup import SpineSetup
 from contract.stage import StageResult
 from contract.surgery import NewSurgery
 from spinewatch.imaging.header import ImageHeader
@@ -102,6 +103,13 @@ def claimed(database: Database, job: str, second: float = 0.0) -> Lease:
     return lease
 
 
+def expire(database: Database, job: str) -> None:
+    """End the lease of a running job, as the sweep does when its worker is silent."""
+    with database.write() as session:
+        (seen,) = [row for row in jobs.unended(session) if row.id == job]
+        assert jobs.expire(session, seen)
+
+
 def succeed(database: Database, lease: Lease, second: float = 0.0, result: StageResult | None = None) -> bool:
     """End a job and store its result as a worker does; return whether the lease was held."""
     with database.write() as session:
@@ -111,6 +119,15 @@ def succeed(database: Database, lease: Lease, second: float = 0.0, result: Stage
         elif held:
             measurements.add(session, lease.subject_id, result or stage_result(), at(second), WORKER)
     return held
+
+
+def spine_setup(**changes: Any) -> SpineSetup:
+    """Return a setup with a generic spine."""
+    document = {
+        "patient_axes": {"kind": "directions", "cephalad": "+x", "left": "+y"},
+        "initial": {"kind": "generic"},
+    }
+    return SpineSetup.model_validate({**document, **changes})
 
 
 def solved() -> CalibrationResult:

@@ -1,6 +1,7 @@
 from store import calibration_checks
 from store.calibration_checks import DRIFTED, OLD
 from store.database import Database
+from store.page import PageRequest
 from tests.store.builders import RIG_CHECK, claimed, new_stage, new_surgery, stage_result, succeed
 
 
@@ -20,7 +21,7 @@ def test_the_stages_measured_with_a_calibration_are_counted_by_their_flags(datab
         assert succeed(database, claimed(database, stage.job.id), result=result)
     with database.read() as session:
         summary = calibration_checks.summary(session, calibration)
-        page = calibration_checks.listed(session, calibration, 10, 0)
+        page = calibration_checks.listed(session, calibration, PageRequest(10, "created_at"))
         scales = calibration_checks.marker_scales(session, calibration)
         assert calibration_checks.summary(session, "none").stages == 0
         assert calibration_checks.marker_scales(session, "none") == []

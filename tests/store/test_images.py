@@ -1,8 +1,12 @@
-from sqlalchemy import func, select
+import pytest
+from sqlalchemy import func, select, text
 
 from store import images
 from store.database import Database
-from store.tables import Image
+from store.errors import ImageDamagedError
+from store.images import NewImage
+from store.tables import Image, SentImage
+from tests.store.at_rest import without_triggers
 from tests.store.builders import NOON, image, new_stage, new_surgery
 
 
@@ -20,3 +24,25 @@ def test_the_bytes_come_back(database: Database) -> None:
     with database.read() as session:
         assert images.content(session, row.sha256) == b"content"
     assert (row.width, row.height, row.size_bytes) == (568, 416, 7)
+
+
+@pytest.mark.parametrize("damaged", [b"", b"contenT", b"content "])
+def test_damaged_bytes_are_never_returned(database: Database, damaged: bytes) -> None:
+    with database.write() as session:
+        row = images.add(session, image(b"content"), NOON)
+    with without_triggers(database.url, "images") as session:
+        session.execute(text("UPDATE images SET content = :content"), {"content": damaged})
+    with database.read() as session, pytest.raises(ImageDamagedError, match=row.sha256[:12]):
+        images.content(session, row.sha256)
+
+
+def test_the_hash_of_the_file_as_it_was_sent_is_kept(database: Database) -> None:
+    sent = ["a" * 64, "b" * 64, "a" * 64]
+    with database.write() as session:
+        for sha256 in sent:
+            images.add(session, NewImage(b"content", image(b"content").header, sha256), NOON)
+        images.add(session, image(b"as sent"), NOON)
+    with database.read() as session:
+        rows = session.scalars(select(SentImage).order_by(SentImage.sent_sha256)).all()
+    stored = image(b"content").sha256
+    assert [(row.sent_sha256, row.sha256) for row in rows] == [("a" * 64, stored), ("b" * 64, stored)]

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sqlalchemy import event, text
+from sqlalchemy import event, inspect
 
 from contract.triad import Triad
 from store import measurements, stages
 from store.database import Database
 from store.errors import NotFoundError, StageNotMeasuredError
+from store.page import PageRequest
 from tests.store.builders import (
     RIG_CHECK,
     claimed,
@@ -33,9 +34,10 @@ def test_what_is_stored_is_what_comes_out(database: Database) -> None:
         _, measured = measurements.get(session, surgery, "PRE")
         triads = measurements.triads(session, stage.id)
         features = measurements.features(session, stage.id)
+        assert measurements.burst(session, stage.id) is None
     assert triads == result.triads
     assert features == result.features
-    assert measured.result == result.model_dump(mode="json", exclude={"features", "triads"})
+    assert measured.result == result.model_dump(mode="json", exclude={"features", "triads", "burst"})
     assert measured.triad_count == 4
     assert {row.side: row.count for row in measured.features} == {"left": 2, "right": 1}
 
@@ -74,13 +76,34 @@ def test_a_list_of_stages_counts_triads_without_loading_them(database: Database)
     statements: list[str] = []
     event.listen(database.engine, "before_cursor_execute", lambda *arguments: statements.append(arguments[2]))
     with database.read() as session:
-        (stage,) = stages.listed(session, surgery, 10, 0).items
+        (stage,) = stages.listed(session, surgery, PageRequest()).items
     assert stage.measurement is not None
     assert stage.measurement.triad_count == 2
     assert not any("triads.triad" in statement or "features.points" in statement for statement in statements)
 
 
 def test_a_triad_of_a_stage_without_a_measurement_is_refused(database: Database) -> None:
+    keys = inspect(database.engine).get_foreign_keys("triads")
+    assert [(key["constrained_columns"], key["referred_table"], key["referred_columns"]) for key in keys] == [
+        (["stage_id"], "measurements", ["stage_id"])
+    ]
+
+
+def test_a_burst_comes_out_as_it_went_in(database: Database) -> None:
+    surgery = new_surgery(database)
+    stage = new_stage(database, surgery)
+    pair = {"view_delay_s": 0.1, "poses": {}, "outliers": [], "labelled_by": None, "flags": []}
+    burst = {
+        "pairs": [{**pair, "offset_s": 0.0}, {**pair, "offset_s": 1.0, "outliers": ["L1"]}],
+        "breathing": None,
+        "pairs_used": {"L1": 1},
+        "shared_position_share": 0.5,
+        "shared_rotation_share": 0.25,
+        "parameters": {},
+    }
+    result = stage_result(burst=burst)
+    succeed(database, claimed(database, stage.job.id), result=result)
     with database.read() as session:
-        keys = session.execute(text("PRAGMA foreign_key_list(triads)")).all()
-    assert [key[2:5] for key in keys] == [("measurements", "stage_id", "stage_id")]
+        _, measured = measurements.get(session, surgery, "PRE")
+        assert measurements.burst(session, stage.id) == result.burst
+    assert "burst" not in measured.result

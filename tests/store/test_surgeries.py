@@ -5,6 +5,7 @@ from contract.surgery import NewSurgery
 from store import surgeries
 from store.database import Database
 from store.errors import NotFoundError
+from store.page import PageRequest
 from tests.store.builders import CLIENT, NOON, new_stage, new_surgery
 
 
@@ -13,7 +14,7 @@ def test_a_surgery_comes_with_its_stages_and_their_jobs(database: Database) -> N
     new_stage(database, surgery)
     with database.read() as session:
         row = surgeries.get_with_stages(session, surgery)
-        listed = surgeries.listed(session, 10, 0)
+        listed = surgeries.listed(session, PageRequest(10, "created_at"))
     assert (row.reference, row.vertebrae, row.spine_axis) == ("2026-0417", ["L1", "T11", "T9", "T7"], "x")
     assert row.extra_levels == []
     assert [(stage.name, stage.job.state) for stage in row.stages] == [("PRE", JobState.QUEUED)]

@@ -3,14 +3,13 @@ from pathlib import Path
 
 import pytest
 
-from migrations.history import upgrade
 from store.database import Database
+from tests.backends import new_database
 
 
 @pytest.fixture
 def database(tmp_path: Path) -> Iterator[Database]:
-    url = f"sqlite:///{tmp_path / 'database.sqlite'}"
-    upgrade(url)
-    database = Database(url)
-    yield database
-    database.close()
+    with new_database(tmp_path) as url:
+        database = Database(url)
+        yield database
+        database.close()

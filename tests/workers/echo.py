@@ -30,5 +30,8 @@ class EchoHandler(Handler[str, str]):
             raise ParameterError("there is no word to repeat; give one")
         return f"{work} {work}"
 
-    def store(self, session: Session, lease: Lease, result: str, now: datetime, actor: Actor) -> None:
+    def store(
+        self, session: Session, lease: Lease, result: str, now: datetime, actor: Actor
+    ) -> tuple[str, ...]:
         events.append(session, now, actor, f"echo:{result}", lease.subject_id, lease.surgery_id)
+        return ()

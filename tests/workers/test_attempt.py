@@ -1,8 +1,14 @@
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
 import pytest
+from sqlalchemy.exc import OperationalError
 
 from store import jobs
 from store.clock import utc_now
 from store.database import Database
+from tests.backends import about_the_sqlite_file
 from tests.store.builders import CLIENT, LEASE, WORKER, new_stage, new_surgery
 from workers.attempt import Attempt, LeaseLostError
 
@@ -32,3 +38,31 @@ def test_after_a_cancel_the_next_step_stops_the_work(database: Database, attempt
     attempt.heartbeat()
     with pytest.raises(LeaseLostError):
         attempt.progress("match", 0.5)
+
+
+@about_the_sqlite_file
+def test_the_work_goes_on_while_another_program_holds_the_database(
+    database: Database, attempt: Attempt, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("store.database._BUSY_SECONDS", 0.1)
+    impatient = Database(database.url)
+    same = Attempt(impatient, attempt.lease, LEASE)
+    with closing(sqlite3.connect(tmp_path / "database.sqlite", isolation_level=None)) as other:
+        other.execute("BEGIN IMMEDIATE")
+        same.progress("detect", 0.25)
+        with pytest.raises(OperationalError):
+            same.heartbeat()
+        other.execute("ROLLBACK")
+    same.heartbeat()
+    impatient.close()
+    with database.read() as session:
+        assert jobs.get(session, attempt.lease.job_id).step == "detect"
+
+
+def test_the_time_of_each_step_is_known(attempt: Attempt) -> None:
+    assert attempt.step_seconds() == {}
+    for step in ("detect", "match"):
+        attempt.progress(step, 0.5)
+    seconds = attempt.step_seconds()
+    assert set(seconds) == {"detect", "match"}
+    assert all(value >= 0 for value in seconds.values())

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from store.queue import JobQueue
+from tests.patience import PATIENCE_S
 from tests.store.servers import STORAGES, queue_url
 from workers.consumer import Consumer
 
@@ -41,7 +42,7 @@ def test_jobs_are_handled_in_order_until_the_consumer_stops(url: str) -> None:
         queue.enqueue(job)
     consumer = Consumer(queue)
     assert consumer.alive
-    assert done.wait(20)
+    assert done.wait(PATIENCE_S)
     assert consumer.stop(20)
     queue.close()
     assert handled == ["a", "b", "c"]
@@ -52,12 +53,12 @@ def test_a_job_that_takes_long_outlives_the_stop(tmp_path: Path) -> None:
 
     def handle(_: str) -> None:
         started.set()
-        end.wait(20)
+        end.wait(PATIENCE_S)
 
     queue = JobQueue(f"sqlite:///{tmp_path / 'queue.sqlite'}", handle)
     queue.enqueue("long")
     consumer = Consumer(queue)
-    assert started.wait(20)
+    assert started.wait(PATIENCE_S)
     assert not consumer.stop(0.1)
     end.set()
     assert consumer.stop(20)

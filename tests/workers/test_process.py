@@ -3,18 +3,19 @@
 import subprocess
 import sys
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
 from contract.event import ActorKind
 from contract.job import JobState
+from settings import Settings
 from store import jobs
 from store.clock import utc_now
 from store.database import Database
 from store.queue import JobQueue
 from store.tables import Job
 from tests.paths import PROJECT
+from tests.patience import PATIENCE_S
 from tests.store.builders import new_stage, new_surgery, sample_pair
 from workers.process import this_process
 
@@ -26,14 +27,15 @@ def python(program: str, **settings: str) -> subprocess.CompletedProcess[str]:
         env={"OPENBLAS_NUM_THREADS": "1", **settings},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE_S,
         check=False,
     )
 
 
 @pytest.fixture
-def queue_url(tmp_path: Path) -> str:
-    return f"sqlite:///{tmp_path / 'database-queue.sqlite'}"
+def queue_url(database: Database) -> str:
+    """The URL that a process takes by default."""
+    return Settings(database_url=database.url).queue
 
 
 @pytest.fixture
@@ -54,42 +56,72 @@ def show(database: Database, job: str) -> Job:
 PROGRAM = """
 import os, signal, time
 from settings import Settings
+from store import jobs
+from store.database import Database
 from workers.process import run
 from workers.registry import Handler, Registry
 class Slow(Handler):
     kind = "stage"
     def load(self, session, lease):
-        return None
+        return os.getpid()
     def run(self, work, progress):
-        {first}
-        time.sleep(60)
+        {work}
     def store(self, session, lease, result, now, actor):
-        raise AssertionError
-raise SystemExit(run(Settings(), Registry([Slow()])))
+        return ()
+settings = Settings()
+def end_after_the_job():
+    database = Database(settings.database_url)
+    with database.read() as session:
+        ended = all(jobs.has_ended(session, row.id) for row in session.query(jobs.Job))
+    database.close()
+    if ended:
+        os.kill(os.getpid(), signal.SIGTERM)
+raise SystemExit(run(settings, Registry([Slow()]), end_after_the_job))
 """
+TOO_LARGE = "bytearray(8 << 30)"
+SPINS = "exec('while True: pass')"
 
 
-def test_a_job_that_hangs_ends_its_process_and_stays_in_the_database(
-    database: Database, waiting: str
+@pytest.mark.parametrize(
+    ("work", "code", "word"),
+    [
+        ("time.sleep(60)", "job-overdue", "after 1 s"),
+        (SPINS, "job-overdue", "after 1 s"),
+        (TOO_LARGE, "job-out-of-memory", "SPINEWATCH_WORKER_MEMORY_BYTES"),
+        ("os.kill(os.getpid(), signal.SIGSEGV)", "job-crashed", "signal 11"),
+        ("os._exit(3)", "job-crashed", "exit status 3"),
+    ],
+)
+def test_a_job_that_ends_its_process_fails_once_by_name_and_the_worker_goes_on(
+    database: Database, waiting: str, work: str, code: str, word: str
 ) -> None:
     ended = python(
-        PROGRAM.format(first="pass"),
-        SPINEWATCH_DATABASE_URL=database.url,
-        SPINEWATCH_MAX_RUN_SECONDS="1",
-        SPINEWATCH_LEASE_SECONDS="1",
+        PROGRAM.format(work=work), SPINEWATCH_DATABASE_URL=database.url, SPINEWATCH_MAX_RUN_SECONDS="1"
     )
-    assert ended.returncode == 75, ended.stderr
+    assert ended.returncode == 0, ended.stderr
     job = show(database, waiting)
-    assert (job.state, job.attempts) == (JobState.RUNNING, 1)
-    assert job.lease_until is not None
+    assert (job.state, job.attempts) == (JobState.FAILED, 1), ended.stderr
+    assert job.error is not None
+    assert job.error["code"] == code
+    assert word in job.error["detail"]
+
+
+def test_cpu_time_is_limited_apart_from_time(database: Database, waiting: str) -> None:
+    ended = python(
+        PROGRAM.format(work=SPINS), SPINEWATCH_DATABASE_URL=database.url, SPINEWATCH_MAX_CPU_SECONDS="1"
+    )
+    assert ended.returncode == 0, ended.stderr
+    job = show(database, waiting)
+    assert job.error is not None
+    assert (job.error["code"], job.attempts) == ("job-overdue", 1)
+    assert "CPU time" in job.error["detail"]
 
 
 def test_a_stopped_worker_returns_a_long_job_to_the_queue(
     database: Database, waiting: str, queue_url: str
 ) -> None:
-    ended = python(
-        PROGRAM.format(first="os.kill(os.getpid(), signal.SIGTERM)"), SPINEWATCH_DATABASE_URL=database.url
-    )
+    work = "os.kill(work, signal.SIGTERM) or time.sleep(60)"
+    ended = python(PROGRAM.format(work=work), SPINEWATCH_DATABASE_URL=database.url)
     assert ended.returncode == 0, ended.stderr
     job = show(database, waiting)
     assert (job.state, job.attempts, job.lease_owner) == (JobState.QUEUED, 0, None)

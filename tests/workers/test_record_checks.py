@@ -15,7 +15,7 @@ from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import Side
 from store.stages import EarlierStage, StageWork
 from tests.store.builders import sample_pair
-from workers.record_checks import repetition_flags, time_flags
+from workers.record_checks import burst_repetition_flags, repetition_flags, time_flags
 
 NOON = datetime(2026, 11, 21, 12, tzinfo=UTC)
 HOUR = timedelta(hours=1)
@@ -156,3 +156,15 @@ def test_a_stage_before_one_that_was_sent_earlier_is_flagged() -> None:
     before = [earlier("PRE", captured_at=NOON + 2 * HOUR), earlier("INTER", captured_at=NOON + HOUR)]
     (detail,) = flagged(work(before=before, captured_at=NOON + 1.5 * HOUR))
     assert "30 minutes before stage PRE, which was sent earlier" in detail
+
+
+def test_a_frozen_view_within_a_burst_is_flagged_once() -> None:
+    pairs: list[dict[Side, str]] = [
+        {"left": "a", "right": "b"},
+        {"left": "c", "right": "b"},
+        {"left": "a", "right": "d"},
+    ]
+    (flag,) = burst_repetition_flags(pairs)
+    assert flag.code == "frame-repeated"
+    assert "the right image of pair 2 is that of pair 1 again; the left image of pair 3" in flag.detail
+    assert list(burst_repetition_flags([{"left": "a", "right": "b"}, {"left": "b", "right": "a"}])) == []

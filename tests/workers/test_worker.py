@@ -1,9 +1,10 @@
 """A worker in this process: claims, attempts, and results that hold only with the lease."""
 
+from datetime import timedelta
 from typing import Any
 
 import pytest
-from sqlalchemy import func, select, text
+from sqlalchemy import func, select
 
 from contract.job import JobState
 from settings import Settings
@@ -11,10 +12,13 @@ from store import jobs
 from store.clock import utc_now
 from store.database import Database
 from store.tables import Event, Job
+from tests.backends import fault
 from tests.store.builders import CLIENT, WORKER
 from tests.workers.echo import EchoHandler
-from workers.registry import Registry
+from workers.registry import NotReadyError, Registry
 from workers.worker import Worker
+
+HOUR = timedelta(hours=1)
 
 
 class Handler(EchoHandler):
@@ -86,18 +90,12 @@ def test_an_unexpected_error_is_tried_again_until_attempts_run_out(database: Dat
 
 
 def test_a_result_that_cannot_be_stored_is_tried_again(database: Database, job: str) -> None:
-    refuse = (
-        "CREATE TRIGGER fault BEFORE INSERT ON events WHEN NEW.action LIKE 'echo:%'"
-        " BEGIN SELECT RAISE(ABORT, 'fault'); END"
-    )
     echo = worker(database)
-    states = []
-    for statement in (refuse, "DROP TRIGGER fault"):
-        with database.write() as session:
-            session.execute(text(statement))
+    with fault(database.url, "events", "NEW.action LIKE 'echo:%'"):
         echo.handle(job)
-        states.append(show(database, job).state)
-    assert states == [JobState.QUEUED, JobState.SUCCEEDED]
+        assert show(database, job).state is JobState.QUEUED
+    echo.handle(job)
+    assert show(database, job).state is JobState.SUCCEEDED
     assert results(database) == 1
 
 
@@ -109,3 +107,69 @@ def test_a_released_job_is_queued_and_its_attempt_does_not_count(database: Datab
     assert released == [job]
     assert (show(database, job).state, show(database, job).attempts) == (JobState.QUEUED, 0)
     assert results(database) == 0
+
+
+class Following(EchoHandler):
+    """A handler that adds a job when it stores its result."""
+
+    def store(self, session: Any, lease: Any, result: str, now: Any, actor: Any) -> tuple[str, ...]:
+        super().store(session, lease, result, now, actor)
+        return (jobs.add(session, "echo", "next", now, {"word": "again"}).id,)
+
+
+def test_the_jobs_that_a_result_adds_are_returned_after_the_commit(database: Database, job: str) -> None:
+    (next_job,) = worker(database, Following()).handle(job)
+    assert show(database, next_job).state is JobState.QUEUED
+
+
+class Waiting(EchoHandler):
+    """A handler whose work with the word "later" waits for another job."""
+
+    def __init__(self, other: str) -> None:
+        self._other = other
+        self.runs = 0
+
+    def run(self, work: str, progress: Any) -> str:
+        self.runs += 1
+        if work == "later" and self.runs == 1:
+            raise NotReadyError(self._other)
+        return super().run(work, progress)
+
+
+def test_a_job_that_is_not_ready_waits_for_the_other_without_an_attempt(database: Database, job: str) -> None:
+    with database.write() as session:
+        later = jobs.add(
+            session, "echo", "subject", utc_now() - HOUR, {"word": "later"}
+        ).id  # its turn is first
+    handler = Waiting(job)
+    echo = worker(database, handler)
+    assert echo.handle(later) == ()
+    waiting = show(database, later)
+    assert (waiting.state, waiting.attempts, waiting.waits_for) == (JobState.QUEUED, 0, job)
+    assert echo.handle(later) == (later,)  # the message starts the other job, whose end the waiting one needs
+    assert (handler.runs, show(database, job).state) == (2, JobState.SUCCEEDED)
+    assert echo.handle(later) == ()
+    assert (show(database, later).state, show(database, later).attempts) == (JobState.SUCCEEDED, 1)
+
+
+def test_a_job_that_fails_also_ends_the_waiting(database: Database) -> None:
+    with database.write() as session:
+        bad, later = (
+            jobs.add(session, "echo", "subject", utc_now() - age, {"word": word}).id
+            for word, age in (("nothing", 0 * HOUR), ("later", HOUR))
+        )
+    echo = worker(database, Waiting(bad))
+    echo.handle(later)
+    assert echo.handle(bad) == (later,)
+
+
+def test_a_job_that_waits_for_one_that_has_just_ended_is_enqueued_at_once(
+    database: Database, job: str
+) -> None:
+    worker(database).handle(job)
+    with database.write() as session:
+        later = jobs.add(session, "echo", "subject", utc_now(), {"word": "later"}).id
+    echo = worker(database, Waiting(job))
+    assert echo.handle(later) == (later,)
+    echo.handle(later)
+    assert show(database, later).state is JobState.SUCCEEDED

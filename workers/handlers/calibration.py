@@ -14,7 +14,7 @@ from settings import Settings
 from spinewatch.calibration.files import ShotFiles, calibrate_files, load_control_field, solve_parameters
 from spinewatch.calibration.from_images import CalibrationParameters
 from spinewatch.progress import Progress
-from spinewatch.rig_plausibility import check_plausible_rig
+from spinewatch.rig_plausibility import check_measurable_rig, check_plausible_rig
 from store import calibration_requests, calibrations
 from store.calibration_requests import CalibrationWork
 from store.jobs import Lease
@@ -81,14 +81,14 @@ class CalibrationHandler(Handler[CalibrationWork, CalibrationResult]):
             verify=work.verify,
             rig_name=work.name,
         )
-        check_plausible_rig(
-            result.calibration.rig
-        )  # stages only take rigs that pass, and a stored one never changes
+        rig = result.calibration.rig  # stages only take rigs that pass, and a stored one never changes
+        check_plausible_rig(rig)
+        check_measurable_rig(rig)
         return calibration_result(result, _VERSION)
 
     def store(
         self, session: Session, lease: Lease, result: CalibrationResult, now: datetime, actor: Actor
-    ) -> None:
+    ) -> tuple[str, ...]:
         """Add the calibration under the identifier of the request.
 
         Parameters
@@ -103,8 +103,14 @@ class CalibrationHandler(Handler[CalibrationWork, CalibrationResult]):
             Time of the result.
         actor
             The worker.
+
+        Returns
+        -------
+        tuple of str
+            Empty: no job follows.
         """
         calibrations.add_solved(session, lease.subject_id, result, now, actor)
+        return ()
 
 
 def handler(settings: Settings) -> CalibrationHandler:

@@ -223,6 +223,8 @@ def _prediction_p_value(
     columns = [current.names.index(n) for n in names]
     A = by_parameter[0][:, [PARAMETER_NAMES.index(n.split(":")[1]) for n in names]] / image.sd_px[i]
     S = np.eye(2) + A @ current.cofactor[np.ix_(columns, columns)] @ A.T
+    if not np.all(np.isfinite(S)):  # the adjustment does not determine the camera, and so predicts nothing
+        return 0.0
     variance = max(current.sigma0, _floor(block, parameters)) ** 2
     return _f_p_value(float(v @ np.linalg.solve(S, v)) / 2 / variance, current.block.dof)
 

@@ -72,15 +72,23 @@ def test_a_service_that_cannot_be_reached() -> None:
         raise httpx.ConnectError("refused", request=request)
 
     with client(refuse) as api:
-        assert not api.ready()
+        assert api.instance() is None
         with pytest.raises(ServiceError, match="no answer from http://service: refused"):
             api.get("/v1/x")
 
 
-def test_ready_is_what_the_service_reports() -> None:
-    for status, ready in ((200, True), (503, False)):
-        with client(lambda _, status=status: httpx.Response(status)) as api:  # type: ignore[misc]
-            assert api.ready() is ready
+@pytest.mark.parametrize(
+    ("response", "instance"),
+    [
+        (httpx.Response(200, json={"status": "live", "instance": "mine"}), "mine"),
+        (httpx.Response(503, json={"status": "live", "instance": "mine"}), None),
+        (httpx.Response(200, text="<html>"), None),
+        (httpx.Response(200, json=["another program"]), None),
+    ],
+)
+def test_the_server_names_itself(response: httpx.Response, instance: str | None) -> None:
+    with client(lambda _: response) as api:
+        assert api.instance() == instance
 
 
 def test_a_missing_image_is_named_before_anything_is_sent(tmp_path: Path) -> None:
@@ -89,3 +97,24 @@ def test_a_missing_image_is_named_before_anything_is_sent(tmp_path: Path) -> Non
 
     with client(fail) as api, pytest.raises(InputError, match=r"left\.png"):
         api.submit_stage("s1", "PRE", "c1", tmp_path)
+
+
+def test_the_key_is_sent_with_every_request() -> None:
+    sent: list[str | None] = []
+
+    def handle(request: httpx.Request) -> httpx.Response:
+        sent.append(request.headers.get("Authorization"))
+        return httpx.Response(200, json={})
+
+    with ApiClient("http://service/", httpx.MockTransport(handle), key=" sw_a_b\n") as api:
+        api.get("/v1/surgeries")
+    with client(handle) as api:
+        api.get("/v1/surgeries")
+    assert sent == ["Bearer sw_a_b", None]
+
+
+@pytest.mark.parametrize("key", ["sw_a\nb", "sw_\N{SNOWMAN}", "sw_a\x00b"])
+def test_a_key_that_no_header_can_hold_is_refused_and_not_repeated(key: str) -> None:
+    with pytest.raises(ServiceError, match="copy it again") as refused:
+        ApiClient("http://service/", key=key)
+    assert key not in str(refused.value)

@@ -26,6 +26,12 @@ def test_an_invalid_setting_is_named_without_its_value(monkeypatch: pytest.Monke
     assert "many" not in str(raised.value)
 
 
+def test_an_unknown_setting_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SPINEWATCH_PROT", "9000")
+    with pytest.raises(SettingsError, match="no setting SPINEWATCH_PROT, did you mean SPINEWATCH_PORT"):
+        load_settings()
+
+
 def test_a_queue_must_have_a_url_of_a_known_kind(tmp_path: Path) -> None:
     require_queue(load_settings(queue_url=f"sqlite:///{tmp_path / 'queue.sqlite'}"))
     with pytest.raises(QueueURLError, match="SPINEWATCH_QUEUE_URL"):

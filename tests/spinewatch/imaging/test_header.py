@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import time
 import zlib
 from io import BytesIO
 from typing import Any
@@ -14,6 +15,7 @@ from PIL import Image
 
 from spinewatch.errors import ImageError
 from spinewatch.imaging.header import MAX_PIXELS, inspect_image
+from tests.image_bombs import bombs
 
 GRAY = np.random.default_rng(7).integers(0, 256, (40, 64), dtype=np.uint8)
 
@@ -99,3 +101,11 @@ def test_other_formats_are_refused() -> None:
             inspect_image(encoded(Image.fromarray(GRAY), kind))
     with pytest.raises(ImageError, match="empty"):
         inspect_image(b"")
+
+
+@pytest.mark.parametrize("data", bombs().values(), ids=bombs())
+def test_a_bomb_is_refused_in_milliseconds(data: bytes) -> None:
+    before = time.process_time()
+    with pytest.raises(ImageError):
+        inspect_image(data)
+    assert time.process_time() - before < 0.1

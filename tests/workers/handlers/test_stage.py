@@ -16,6 +16,7 @@ from spinewatch.detection.candidates.templates import (
 )
 from spinewatch.imaging.comparison import ComparisonParameters
 from spinewatch.pipeline import Parameters
+from spinewatch.tracking.synchronization import SynchronizationParameters
 from store import calibrations, jobs, measurements
 from store.calibration_checks import OLD
 from store.clock import utc_now
@@ -58,6 +59,7 @@ def test_a_stage_is_measured_and_says_with_what(database: Database, tmp_path: Pa
     assert ran.pop("calibration_max_age_days") == 1.0
     assert ran.pop("clock_tolerance_seconds") == 300.0
     assert ran.pop("comparison") == asdict(ComparisonParameters())
+    assert ran.pop("synchronization") == asdict(SynchronizationParameters())
     assert set(ran) == {field.name for field in fields(Parameters)}
     assert OLD not in {flag["code"] for flag in measured.result["flags"]}
 
@@ -84,7 +86,9 @@ def test_a_stage_that_repeats_an_earlier_one_is_flagged_whether_that_is_measured
     database: Database,
 ) -> None:
     surgery, now = new_surgery(database), utc_now()
-    new_stage(database, surgery, "PRE", sample_pair(), now - timedelta(hours=2), captured_at=now)
+    first = new_stage(database, surgery, "PRE", sample_pair(), now - timedelta(hours=2), captured_at=now)
+    with database.write() as session:  # another worker has it
+        jobs.claim(session, first.job.id, now, timedelta(seconds=5), 3, WORKER)
     again = new_stage(database, surgery, "POST", sample_pair(), now, captured_at=now - timedelta(hours=1))
     assert work_on(database, again).state is JobState.SUCCEEDED
     with database.read() as session:

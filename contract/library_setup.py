@@ -1,0 +1,157 @@
+"""From the documents of a surgery to the library's setup of its spine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from contract.radiograph import common_points, landmarked_vertebra
+from contract.spine_setup import (
+    InitialGeneric,
+    InitialPoses,
+    InitialRadiographs,
+    NewRebaseline,
+    SpineSetup,
+    VertebraPose,
+    patient_axes,
+)
+from spinewatch.arrays import Float
+from spinewatch.flags import Flag
+from spinewatch.levels import anatomical_sequence
+from spinewatch.spine import configuration
+from spinewatch.spine.configuration import InitialSpine
+from spinewatch.spine.generic_spine import generic_spine
+from spinewatch.spine.initial import initial_from_poses
+from spinewatch.spine.orientation import rotation_from_tilts
+from spinewatch.spine.radiograph_landmarks import RadiographView
+from spinewatch.spine.radiographs import initial_from_radiographs
+from spinewatch.triads.pose import Pose
+
+
+@dataclass(frozen=True)
+class SurgeryLevels:
+    """The vertebrae of a surgery.
+
+    Attributes
+    ----------
+    reference_vertebra
+        Vertebra of the surgery's reference triad; a setup may name another.
+    extra_levels
+        Vertebrae that this spine has in addition to the usual ones.
+    """
+
+    reference_vertebra: str
+    extra_levels: Sequence[str] = ()
+
+
+def library_setup(
+    document: SpineSetup,
+    rebaselines: Sequence[NewRebaseline],
+    surgery: SurgeryLevels,
+    baseline: str,
+    triads: Mapping[str, Pose],
+    radiographs: Mapping[str, RadiographView],
+) -> tuple[configuration.SpineSetup, tuple[Flag, ...]]:
+    """Return the library's setup and doubts about its initial configuration.
+
+    ``triads`` are the labelled poses at the baseline stage, in its object space. Raises ``SpinewatchError`` when the
+    initial configuration cannot be placed.
+    """
+    axes = patient_axes(document.patient_axes)
+    initial, flags = _initial(document, axes, surgery.extra_levels, triads, radiographs)
+    setup = configuration.SpineSetup(
+        patient_axes=axes,
+        reference=document.reference_vertebra or surgery.reference_vertebra,
+        baseline=baseline,
+        initial=initial,
+        rebaselines=tuple(
+            configuration.Rebaseline(item.vertebra, item.before, item.after) for item in rebaselines
+        ),
+    )
+    return setup, flags
+
+
+def marked_poses(document: SpineSetup, poses: Mapping[str, Pose]) -> dict[str, Pose]:
+    """Return the poses of the triads that a setup counts on."""
+    levels = document.levels
+    return {name: pose for name, pose in poses.items() if levels is None or name in levels}
+
+
+def _initial(
+    document: SpineSetup,
+    axes: Float,
+    extra_levels: Sequence[str],
+    triads: Mapping[str, Pose],
+    radiographs: Mapping[str, RadiographView],
+) -> tuple[InitialSpine, tuple[Flag, ...]]:
+    initial = document.initial
+    if isinstance(initial, InitialPoses):
+        return _from_poses(initial, axes, extra_levels, triads), ()
+    if isinstance(initial, InitialRadiographs):
+        return _from_radiographs(initial, axes, extra_levels, triads, radiographs)
+    return _generic(initial, axes, extra_levels, triads), ()
+
+
+def _from_poses(
+    initial: InitialPoses, axes: Float, extra_levels: Sequence[str], triads: Mapping[str, Pose]
+) -> InitialSpine:
+    sequence = anatomical_sequence(extra_levels)
+    poses = sorted(initial.poses, key=lambda pose: sequence.index(pose.vertebra))
+    return initial_from_poses(
+        [pose.vertebra for pose in poses],
+        np.array([pose.position_mm for pose in poses]),
+        np.stack([_rotation(pose, initial.frame, axes) for pose in poses]),
+        np.array([pose.position_sd_mm for pose in poses]),
+        np.array([pose.rotation_sd_deg for pose in poses]),
+        frame=initial.frame,
+        patient_axes=axes,
+        triads=triads,
+        extra_levels=extra_levels,
+    )
+
+
+def _rotation(pose: VertebraPose, frame: str, axes: Float) -> Float:
+    """Return the rotation from vertebra to the axes of the frame; angles are always in patient axes."""
+    if pose.rotation is not None:
+        return np.array(pose.rotation)
+    coronal, sagittal, axial = pose.angles_deg or (0.0, 0.0, 0.0)
+    rotation = rotation_from_tilts(coronal, sagittal, axial)
+    return axes @ rotation if frame == "object" else rotation
+
+
+def _from_radiographs(
+    initial: InitialRadiographs,
+    axes: Float,
+    extra_levels: Sequence[str],
+    triads: Mapping[str, Pose],
+    radiographs: Mapping[str, RadiographView],
+) -> tuple[InitialSpine, tuple[Flag, ...]]:
+    common, left_out = common_points(initial, triads)
+    spine, fit = initial_from_radiographs(
+        radiographs[initial.pa],
+        radiographs[initial.lateral],
+        [landmarked_vertebra(vertebra) for vertebra in initial.vertebrae],
+        common,
+        initial.landmark_sd_px,
+        extra_levels,
+        patient_axes=axes,
+    )
+    return spine, (*fit.flags, *_left_out_flags(left_out))
+
+
+def _left_out_flags(names: Sequence[str]) -> tuple[Flag, ...]:
+    if not names:
+        return ()
+    detail = (
+        f"the landmarks {', '.join(names)} name triads without a pose at the baseline stage and are left out of the"
+        " fit; take the baseline again, or give their points in object space"
+    )
+    return (Flag("radiograph-landmark-left-out", detail),)
+
+
+def _generic(
+    initial: InitialGeneric, axes: Float, extra_levels: Sequence[str], triads: Mapping[str, Pose]
+) -> InitialSpine:
+    return generic_spine(triads, axes, initial.cranial, initial.caudal, extra_levels)

@@ -1,0 +1,1 @@
+"""Exports of a surgery, one module per standard or format."""

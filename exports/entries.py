@@ -1,0 +1,236 @@
+"""All numbers of a stage as one list of entries, for the exports that take every number."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import chain
+
+from contract.spine import MeasureValue, SpineChange, StageSpine, VertebraChange, VertebraState
+from spinewatch.spine.results import MeasureStatus
+
+_Z95 = 1.959963984540054
+_MILLIMETRES = ("position", "translation", "distraction")
+
+Number = tuple[float | None, float | None]
+"""A value with its standard deviation."""
+
+_UNKNOWN: Number = (None, None)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One number of an export, with everything that qualifies it.
+
+    Attributes
+    ----------
+    subject
+        ``spine``, the name of a curve, or a vertebra.
+    kind
+        Kind of the subject: ``spine``, ``curve`` or ``vertebra``.
+    code
+        Identifier of the definition, or a code of `COMPONENTS`.
+    unit
+        ``deg`` or ``mm``.
+    value
+        The value; None when not measured.
+    sd
+        Its standard deviation; None when unknown.
+    interval
+        Ends of its 95% interval; None when unknown.
+    status
+        A code of `STATUSES`.
+    assumed
+        Whether it depends on an assumed initial configuration.
+    reason
+        Why it is bracketed or not measured.
+    levels
+        Vertebrae that it belongs to, cranial first.
+    derivation
+        A code of `DERIVATIONS`; None for a value of the stage itself.
+    since
+        Name of the stage that a change is counted from.
+    """
+
+    subject: str
+    kind: str
+    code: str
+    unit: str
+    value: float | None
+    sd: float | None
+    interval: tuple[float, float] | None
+    status: str
+    assumed: bool
+    reason: str | None
+    levels: tuple[str, ...]
+    derivation: str | None = None
+    since: str | None = None
+
+
+def entries(spine: StageSpine) -> Iterator[Entry]:
+    """Yield every number of a stage, in the same order for every export that takes all of them.
+
+    Parameters
+    ----------
+    spine
+        The spine at the stage. Changes since the stage before are given where that is not the baseline.
+
+    Yields
+    ------
+    Entry
+        Numbers of the spine, of its curves and of its vertebrae. A number that is not there is given with its reason,
+        a vertebra without a pose or motion once as ``pose`` or ``motion``;
+        one that is both a measure and part of a vertebra's state is given once.
+    """
+    measures = (_measure(measure) for measure in spine.measures)
+    targets = (_measure(measure, "remaining") for measure in spine.target_measures or ())
+    given = set()
+    for entry in chain(measures, targets, _states(spine), _remaining(spine), _changes(spine)):
+        key = (entry.subject, entry.code, entry.derivation, entry.since)
+        if key not in given:
+            given.add(key)
+            yield entry
+
+
+def normal_interval(value: float | None, sd: float | None) -> tuple[float, float] | None:
+    """Return the 95% interval of a normally distributed value.
+
+    Parameters
+    ----------
+    value
+        The value; None when not measured.
+    sd
+        Its standard deviation; None when unknown.
+
+    Returns
+    -------
+    tuple of float or None
+        Lower and upper end, in the unit of the value.
+
+    Examples
+    --------
+    >>> [round(end, 2) for end in normal_interval(10.0, 1.0)]
+    [8.04, 11.96]
+    """
+    return None if value is None or sd is None else (value - _Z95 * sd, value + _Z95 * sd)
+
+
+def _ends(interval: list[float | None] | None) -> tuple[float, float] | None:
+    match interval:
+        case [float() | int() as low, float() | int() as high]:
+            return low, high
+        case _:
+            return None
+
+
+def _measure(measure: MeasureValue, derivation: str | None = None, since: str | None = None) -> Entry:
+    subject = measure.curve or "spine"
+    kind = "curve" if measure.curve else "spine"
+    if measure.curve is None and len(measure.levels) == 1:
+        subject, kind = measure.levels[0], "vertebra"
+    value = None if measure.status is MeasureStatus.NOT_MEASURED else measure.value
+    status = measure.status.value if value is not None else "not_measured"
+    return Entry(
+        subject, kind, measure.definition, measure.unit, value, measure.sd if value is not None else None,
+        _ends(measure.interval) if value is not None else None, status, measure.assumed, measure.reason,
+        tuple(measure.levels), derivation, since,
+    )  # fmt: skip
+
+
+def _component(level: str, code: str, number: Number, origin: str, reason: str | None, **more: str) -> Entry:
+    value, sd = number
+    unit = "mm" if code.startswith(_MILLIMETRES) else "deg"
+    return Entry(
+        level, "vertebra", code, unit, value, None if value is None else sd, normal_interval(value, sd),
+        origin if value is not None else "not_measured", origin == "assumed", reason, (level,), **more,
+    )  # fmt: skip
+
+
+def _axes(
+    prefix: str, values: Iterable[float | None] | None, deviations: Iterable[float | None] | None
+) -> dict[str, Number]:
+    names = (f"{prefix}-{axis}" for axis in "xyz")
+    return dict(zip(names, zip(values or [None] * 3, deviations or [None] * 3, strict=True), strict=True))
+
+
+def _states(spine: StageSpine) -> Iterator[Entry]:
+    for state in spine.vertebrae:
+        numbers = _of_state(state) if state.position_mm is not None else {"pose": _UNKNOWN}
+        for code, number in numbers.items():
+            yield _component(state.vertebra, code, number, state.origin.value, state.reason)
+
+
+def _of_state(state: VertebraState) -> dict[str, Number]:
+    return {
+        **_axes("position", state.position_mm, state.position_sd_mm),
+        "coronal-tilt": (state.coronal_tilt_deg, state.coronal_tilt_sd_deg),
+        "sagittal-tilt": (state.sagittal_tilt_deg, state.sagittal_tilt_sd_deg),
+        "axial-rotation": (state.axial_rotation_deg, state.axial_rotation_sd_deg),
+        "lateral-displacement": (state.lateral_displacement_mm, state.lateral_displacement_sd_mm),
+    }
+
+
+def _remaining(spine: StageSpine) -> Iterator[Entry]:
+    origins = {state.vertebra: state.origin.value for state in spine.vertebrae}
+    for left in spine.remaining or ():
+        tilts = (left.coronal_deg, left.sagittal_deg, left.axial_deg)
+        numbers = dict(zip(_TILTS, zip(tilts, left.sd_deg, strict=True), strict=True))
+        planned = _axes("translation", left.translation_mm, left.translation_sd_mm)
+        numbers.update({code: number for code, number in planned.items() if number[0] is not None})
+        for code, number in numbers.items():
+            origin = origins.get(left.vertebra, "not_measured")
+            yield _component(left.vertebra, code, number, origin, None, derivation="remaining")
+
+
+_TILTS = ("coronal-tilt", "sagittal-tilt", "axial-rotation")
+
+
+def _changes(spine: StageSpine) -> Iterator[Entry]:
+    changes = [change for change in (spine.since_baseline, spine.since_previous) if change is not None]
+    if len(changes) == 2 and changes[0].since == changes[1].since:
+        changes.pop()
+    curves = {curve.name: (curve.upper, curve.lower) for curve in spine.curves}
+    for change in changes:
+        since = change.since.name
+        for measure in change.measures:
+            yield _measure(measure, "change", since)
+        yield from _shares(change, curves)
+        for moved in change.vertebrae:
+            numbers = _of_change(moved) if moved.rotation is not None else {"motion": _UNKNOWN}
+            for code, number in numbers.items():
+                yield _component(
+                    moved.vertebra,
+                    code,
+                    number,
+                    moved.origin.value,
+                    moved.reason,
+                    derivation="change",
+                    since=since,
+                )
+
+
+def _of_change(moved: VertebraChange) -> dict[str, Number]:
+    return {
+        **_axes("translation", moved.translation_mm, moved.translation_sd_mm),
+        **_axes("rotation", moved.rotation_vector_deg, moved.rotation_sd_deg),
+        "rotation-angle": (moved.angle_deg, moved.angle_sd_deg),
+        "derotation": (moved.derotation_deg, moved.derotation_sd_deg),
+        "coronal-tilt": (moved.coronal_deg, moved.coronal_sd_deg),
+        "sagittal-tilt": (moved.sagittal_deg, moved.sagittal_sd_deg),
+        "distraction": (moved.distraction_mm, moved.distraction_sd_mm),
+    }
+
+
+def _shares(change: SpineChange, curves: dict[str, tuple[str, str]]) -> Iterator[Entry]:
+    origins = {moved.vertebra: moved.origin.value for moved in change.vertebrae}
+    for part in change.attribution:
+        kind = "curve" if part.subject in curves else "vertebra"
+        levels = curves.get(part.subject, (part.subject,))
+        origin = origins.get(part.subject, "measured")
+        for derivation, share in (("by-rotation", part.rotation), ("by-distraction", part.distraction)):
+            yield Entry(
+                part.subject, kind, part.quantity, part.unit, share.value,
+                None if share.value is None else share.sd, None if share.value is None else _ends(share.interval),
+                origin if share.value is not None else "not_measured", origin == "assumed", part.reason, levels,
+                derivation, change.since.name,
+            )  # fmt: skip

@@ -1,0 +1,65 @@
+"""Which stages of a surgery an export holds."""
+
+from __future__ import annotations
+
+from contract.spine import StageSpine
+from contract.summary import SummaryStage, SurgerySummary
+from spinewatch.errors import ParameterError
+
+
+class UnknownStageError(ParameterError):
+    """A stage that the surgery does not have."""
+
+    code = "unknown-stage"
+
+
+def selected_stages(summary: SurgerySummary, stage: str | None) -> list[SummaryStage]:
+    """Return the stages that an export holds.
+
+    Parameters
+    ----------
+    summary
+        The surgery.
+    stage
+        Name of one stage; None for all.
+
+    Returns
+    -------
+    list of SummaryStage
+        The stages, oldest first.
+
+    Raises
+    ------
+    UnknownStageError
+        If the surgery has no stage of that name.
+    """
+    if stage is None:
+        return list(summary.stages)
+    found = [candidate for candidate in summary.stages if candidate.name == stage]
+    if not found:
+        names = ", ".join(candidate.name for candidate in summary.stages) or "none"
+        raise UnknownStageError(f"the surgery has no stage {stage!r}; name one of its stages: {names}")
+    return found
+
+
+def selected_spines(summary: SurgerySummary, stage: str | None) -> list[StageSpine]:
+    """Return the spines that an export holds; a stage without a spine is passed over.
+
+    Parameters
+    ----------
+    summary
+        The surgery.
+    stage
+        Name of one stage; None for all.
+
+    Returns
+    -------
+    list of StageSpine
+        The spines, oldest first; empty when none is known yet.
+
+    Raises
+    ------
+    UnknownStageError
+        If the surgery has no stage of that name.
+    """
+    return [found.spine for found in selected_stages(summary, stage) if found.spine is not None]

@@ -1,0 +1,1 @@
+"""The sample surgery and sample calibrations, as files."""

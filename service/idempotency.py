@@ -1,0 +1,155 @@
+"""Requests that are carried out once: a repeated one with the same ``Idempotency-Key`` has the same answer.
+
+See draft-ietf-httpapi-idempotency-key-header. The answer is stored in the transaction of what the request changes, and
+writers take turns: of two requests with one key, also at the same time, the second one finds the answer of the first.
+Only answers of success are stored; a request that was refused may be corrected and sent again with its key.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Annotated, Any
+
+from fastapi import Depends, FastAPI, Header, Request, Response
+from pydantic import BaseModel
+from sqlalchemy.orm import Session
+from starlette.concurrency import run_in_threadpool
+from starlette.datastructures import UploadFile
+
+from contract.event import Actor
+from service.dependencies import ActorDep, DatabaseDep
+from store import idempotency
+from store.clock import utc_now
+from store.database import Database
+from store.idempotency import Answer, KeyUse
+
+REPLAYED = "Idempotency-Replayed"
+"""Header of an answer that was given before."""
+
+_CHUNK_BYTES = 1024 * 1024
+_HEADER = Header(
+    alias="Idempotency-Key",
+    pattern=r'^("[ !#-~]{1,200}"|[!#-~]{1,200})$',
+    description="A text that names this request, for example a UUID: sent again with the same key within 24 hours, the"
+    " request is not carried out again but has the same answer.",
+    examples=['"8e03978e-40d5-43dd-bc93-6894a57f9324"'],
+)
+
+
+class Replay(Exception):  # noqa: N818 - no error: the request was carried out before
+    """The request was carried out before, with this answer."""
+
+    def __init__(self, answer: Answer) -> None:
+        super().__init__("the request was carried out before")
+        self.answer = answer
+
+
+class Once:
+    """What one request changes; with a key it is changed once, however often the request is sent.
+
+    Parameters
+    ----------
+    database
+        The database.
+    use
+        The key of the request, None without one.
+    """
+
+    def __init__(self, database: Database, use: KeyUse | None) -> None:
+        self._database = database
+        self._use = use
+        self._session: Session | None = None
+
+    @contextmanager
+    def write(self) -> Iterator[Session]:
+        """Open a session that writes, unless the request was carried out before: ``Replay`` is raised then."""
+        with self._database.write() as session:
+            if self._use is not None:
+                answer = idempotency.find(session, self._use, utc_now())
+                if answer is not None:
+                    raise Replay(answer)
+            self._session = session
+            yield session
+            self._session = None
+
+    def answer(self, document: BaseModel, status: int, **headers: str | None) -> Response:
+        """Return the answer, within the session that writes; headers are named with underscores, None is left out."""
+        if self._session is None:
+            raise RuntimeError("the answer must be made within the session that writes")
+        sent = {name.replace("_", "-"): value for name, value in headers.items() if value is not None}
+        answer = Answer(status, sent, document.model_dump_json(by_alias=True))
+        if self._use is not None:
+            idempotency.add(self._session, self._use, answer, utc_now())
+        return _response(answer)
+
+
+async def _once(
+    request: Request,
+    database: DatabaseDep,
+    actor: ActorDep,
+    key: Annotated[str | None, _HEADER] = None,
+) -> Once:
+    if key is None:
+        return Once(database, None)
+    fingerprint = await _fingerprint(request)
+    return Once(database, KeyUse(_scope(actor), key.strip('"'), fingerprint))
+
+
+OnceDep = Annotated[Once, Depends(_once)]
+
+
+def install(app: FastAPI) -> None:
+    """Answer a request that was carried out before with the answer that it had."""
+
+    async def replay(_: Request, error: Exception) -> Response:
+        assert isinstance(error, Replay)  # noqa: S101 - the handler is of this class
+        return _response(error.answer, {REPLAYED: "true"})
+
+    app.add_exception_handler(Replay, replay)
+
+
+def _scope(actor: Actor) -> str:
+    return actor.key or actor.name
+
+
+def _response(answer: Answer, headers: Mapping[str, str] | None = None) -> Response:
+    return Response(
+        answer.body, answer.status, {**answer.headers, **(headers or {})}, media_type="application/json"
+    )
+
+
+async def _fingerprint(request: Request) -> str:
+    """Return the digest of a request; of a form its parts count, not how they were packed."""
+    head = [request.method, request.url.path, request.url.query]
+    if request.headers.get("content-type", "").lower().startswith("multipart/form-data"):
+        parts = (await request.form()).multi_items()
+        return await run_in_threadpool(_digest, head, parts)
+    return _digest(head, [("body", (await request.body()).decode("latin-1"))])
+
+
+def _digest(head: Iterable[str], parts: Iterable[tuple[str, Any]]) -> str:
+    digest = hashlib.sha256()
+    for text in head:
+        _add(digest, text.encode())
+    for name, value in parts:
+        _add(digest, name.encode())
+        _add(digest, _of_file(value) if isinstance(value, UploadFile) else value.encode("utf-8", "replace"))
+    return digest.hexdigest()
+
+
+def _add(digest: Any, content: bytes) -> None:
+    """Add bytes after their length, so that no two lists of parts have the same digest."""
+    digest.update(len(content).to_bytes(8, "big"))
+    digest.update(content)
+
+
+def _of_file(upload: UploadFile) -> bytes:
+    """Return the digest of a file, which is read in pieces and left at its start."""
+    digest = hashlib.sha256()
+    upload.file.seek(0)
+    while chunk := upload.file.read(_CHUNK_BYTES):
+        digest.update(chunk)
+    upload.file.seek(0)
+    return digest.digest()

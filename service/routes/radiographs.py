@@ -1,0 +1,162 @@
+"""Radiographs of a surgery: upload without metadata, and the fit of their landmarks to object space."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, Form, Path, Response
+
+from contract.page import Listing
+from contract.radiograph import (
+    NewRadiographFit,
+    Radiograph,
+    RadiographFit,
+    common_points,
+    landmarked_vertebra,
+)
+from service.dependencies import CREATED, ActorDep, DatabaseDep, json_body, multipart_body, problems
+from service.etags import NOT_MODIFIED, IfNoneMatch, document_response
+from service.forms.radiograph import RadiographForm, read_new_radiograph
+from service.idempotency import OnceDep
+from service.images import FILE_RESPONSES, file_response, image_of
+from service.paging import CreatedSort, Paging, PartDep
+from service.parameters import SurgeryId
+from service.problems import InvalidInputError
+from spinewatch.errors import SpinewatchError
+from spinewatch.imaging.pixel_spacing import SpacingSource
+from spinewatch.spine.radiograph_landmarks import RadiographView
+from spinewatch.spine.radiographs import initial_from_radiographs
+from spinewatch.triads.pose import Pose
+from store import measurements, radiographs, surgeries, tables
+from store.clock import utc_now
+
+router = APIRouter(prefix="/v1/surgeries/{surgery_id}/radiographs", tags=["radiographs"])
+
+RadiographId = Annotated[str, Path(description="Identifier of the radiograph.")]
+
+
+class UnknownRadiographError(SpinewatchError):
+    """The surgery has no radiograph of this identifier and view."""
+
+    code = "unknown-radiograph"
+
+
+@router.post(
+    "",
+    status_code=201,
+    dependencies=[Depends(multipart_body)],
+    responses={**CREATED, **problems(400, 404, 413, 415, 422)},
+    response_model=Radiograph,
+)
+def add_radiograph(
+    surgery_id: SurgeryId,
+    form: Annotated[RadiographForm, Form(media_type="multipart/form-data")],
+    database: DatabaseDep,
+    once: OnceDep,
+    actor: ActorDep,
+) -> Response:
+    """Store a radiograph as gray levels.
+
+    The file itself is not stored: a new PNG is made from its pixels, so that nothing else of it remains. A DICOM file
+    must be uncompressed; its first window is applied.
+    """
+    with database.read() as session:
+        surgeries.get(session, surgery_id)
+    new = read_new_radiograph(form)
+    with once.write() as session:
+        row = radiographs.add(session, surgery_id, new, utc_now(), actor)
+        location = f"/v1/surgeries/{surgery_id}/radiographs/{row.id}"
+        return once.answer(_radiograph(row), 201, Location=location)
+
+
+@router.get("", responses={**NOT_MODIFIED, **problems(404, 422)}, response_model=Listing[Radiograph])
+def list_radiographs(
+    surgery_id: SurgeryId,
+    database: DatabaseDep,
+    part: PartDep,
+    sort: CreatedSort = "-created_at",
+) -> Response:
+    """List the radiographs of a surgery, newest first."""
+    paging = Paging(part.limit, sort, part.cursor, surgery_id=surgery_id)
+    with database.read() as session:
+        page = radiographs.listed(session, surgery_id, paging.wanted)
+    items = [_radiograph(row) for row in page.items]
+    return document_response(
+        Listing[Radiograph].model_validate(paging.document(page, items)), part.if_none_match
+    )
+
+
+@router.post("/fit", dependencies=[Depends(json_body)], responses=problems(404, 409, 413, 415, 422))
+def try_radiograph_fit(surgery_id: SurgeryId, new: NewRadiographFit, database: DatabaseDep) -> RadiographFit:
+    """Try how landmarks fit to object space and the views to each other; nothing is stored."""
+    with database.read() as session:
+        surgery = surgeries.get(session, surgery_id)
+        views, kinds = radiographs.views(session, surgery_id), radiographs.kinds(session, surgery_id)
+        triads: Mapping[str, Pose] = {}
+        if new.stage is not None:
+            stage, _ = measurements.get(session, surgery_id, new.stage)
+            triads = measurements.poses(session, stage.id)
+    points, left_out = common_points(new.initial, triads)
+    _, fit = initial_from_radiographs(
+        _view(views, kinds, "pa", new.initial.pa),
+        _view(views, kinds, "lateral", new.initial.lateral),
+        [landmarked_vertebra(vertebra) for vertebra in new.initial.vertebrae],
+        points,
+        new.initial.landmark_sd_px,
+        surgery.extra_levels,
+    )
+    return RadiographFit.of(fit, left_out)
+
+
+@router.get("/{radiograph_id}", responses={**NOT_MODIFIED, **problems(404)}, response_model=Radiograph)
+def get_radiograph(
+    surgery_id: SurgeryId,
+    radiograph_id: RadiographId,
+    database: DatabaseDep,
+    if_none_match: IfNoneMatch = None,
+) -> Response:
+    """Get what is known of a radiograph."""
+    with database.read() as session:
+        row = radiographs.get(session, surgery_id, radiograph_id)
+    return document_response(_radiograph(row), if_none_match)
+
+
+@router.get("/{radiograph_id}/image", response_class=Response, responses=FILE_RESPONSES)
+def get_radiograph_image(
+    surgery_id: SurgeryId,
+    radiograph_id: RadiographId,
+    database: DatabaseDep,
+    if_none_match: IfNoneMatch = None,
+) -> Response:
+    """Get the image as PNG; its ETag is its SHA-256."""
+    with database.read() as session:
+        row = radiographs.get(session, surgery_id, radiograph_id)
+        return file_response(session, row.image, if_none_match)
+
+
+def _view(
+    views: Mapping[str, RadiographView], kinds: Mapping[str, str], kind: str, identifier: str
+) -> RadiographView:
+    """Return a radiograph of the surgery, which must show that view."""
+    if kinds.get(identifier) != kind:
+        error = UnknownRadiographError(
+            f"this surgery has no {kind} radiograph of that identifier; take one from the list of its radiographs"
+        )
+        raise InvalidInputError(f"initial.{kind}", error)
+    return views[identifier]
+
+
+def _radiograph(row: tables.Radiograph) -> Radiograph:
+    return Radiograph.model_validate(
+        {
+            "id": row.id,
+            "surgery_id": row.surgery_id,
+            "view": row.view,
+            "positive_on": row.positive_on,
+            "pixel_spacing_mm": [row.row_spacing_mm, row.column_spacing_mm],
+            "spacing_source": SpacingSource(row.spacing_source),
+            "image": image_of(row.image),
+            "created_at": row.created_at,
+        }
+    )

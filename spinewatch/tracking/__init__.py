@@ -1,0 +1,1 @@
+"""Tracking: a moving spine in a burst of stereo pairs, and breathing."""

@@ -1,0 +1,54 @@
+"""Lists of jobs."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session, joinedload
+
+from contract.job import JobState
+from store.page import Page, PageRequest, created_within, page_of
+from store.tables import Job
+
+
+def listed(
+    session: Session,
+    wanted: PageRequest,
+    *,
+    state: JobState | None = None,
+    kind: str | None = None,
+    surgery_id: str | None = None,
+    created_after: datetime | None = None,
+    created_before: datetime | None = None,
+) -> Page[Job]:
+    """Return a page of jobs with the stages that they measure.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    wanted
+        Which part of the list.
+    state
+        Only those in this state.
+    kind
+        Only those of this kind.
+    surgery_id
+        Only those of a surgery.
+    created_after, created_before
+        Only those created at the first time or later, and before the second one.
+
+    Returns
+    -------
+    Page of Job
+        The rows.
+    """
+    query = created_within(select(Job), Job, created_after, created_before)
+    if state is not None:
+        query = query.where(Job.state == state)
+    if kind is not None:
+        query = query.where(Job.kind == kind)
+    if surgery_id is not None:
+        query = query.where(Job.payload["surgery_id"].as_string() == surgery_id)
+    return page_of(session, query.options(joinedload(Job.stage)), Job, wanted)

@@ -1,0 +1,29 @@
+"""Whether an error means that the database could not be used now: the same transaction may succeed later."""
+
+from __future__ import annotations
+
+from psycopg.errors import IdleInTransactionSessionTimeout
+from sqlalchemy.exc import DBAPIError, OperationalError, TimeoutError
+
+
+def is_unavailable(error: BaseException) -> bool:
+    """Return whether an error comes from a database that was busy, cut off or stopped, not from what was asked of it.
+
+    Nothing of the transaction is stored, except when the connection was lost during the commit itself: then it is
+    stored as a whole or not at all, and nobody knows which.
+
+    Parameters
+    ----------
+    error
+        An error of a transaction.
+
+    Returns
+    -------
+    bool
+        Whether trying again makes sense.
+    """
+    if isinstance(error, OperationalError | TimeoutError):
+        return True
+    return isinstance(error, DBAPIError) and (
+        error.connection_invalidated or isinstance(error.orig, IdleInTransactionSessionTimeout)
+    )

@@ -1,0 +1,138 @@
+"""The library's setup has what the documents say, in object space of the baseline stage."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from contract.library_setup import SurgeryLevels, library_setup, marked_poses
+from contract.spine_setup import NewRebaseline
+from spinewatch.geometry.rotations import rotation_from_vector
+from spinewatch.spine.configuration import InitialKind, Rebaseline
+from spinewatch.spine.orientation import rotation_from_tilts
+from spinewatch.triads.pose import Pose
+from tests.store.builders import spine_setup
+
+AXES = np.column_stack([[0, 0, -1], [0, 1, 0], [1, 0, 0]]).astype(float)
+"""Patient axes of cephalad +x and left +y."""
+LEVELS = SurgeryLevels("L1")
+TRIADS = {
+    "T11": Pose(np.array([60.0, 0, 40]), np.eye(3), np.eye(6) * 0.01),
+    "L1": Pose(np.array([0.0, 0, 40]), np.eye(3), np.eye(6) * 0.01),
+}
+
+
+def poses(frame: str, **rotation: object) -> dict[str, object]:
+    """T11 60 mm above L1, given upside down."""
+    up = {"object": [60.0, 0.0, 0.0], "patient": [0.0, 0.0, 60.0]}[frame]
+    same = {"position_sd_mm": 1.0, "rotation_sd_deg": 2.0, **(rotation or {"angles_deg": [10.0, 0.0, 0.0]})}
+    listed = [
+        {"vertebra": "L1", "position_mm": [0.0, 0.0, 0.0], **same},
+        {"vertebra": "T11", "position_mm": up, **same},
+    ]
+    return {"kind": "poses", "frame": frame, "poses": listed}
+
+
+def test_angles_are_in_patient_axes_whatever_the_frame_of_the_positions() -> None:
+    for frame in ("object", "patient"):
+        setup, flags = library_setup(spine_setup(initial=poses(frame)), (), LEVELS, "PRE", TRIADS, {})
+        assert flags == ()
+        assert (setup.initial.kind, setup.initial.levels) == (InitialKind.POSES, ("T11", "L1"))
+        np.testing.assert_allclose(setup.patient_axes, AXES, atol=1e-15)
+        expected = AXES @ rotation_from_tilts(10.0, 0.0, 0.0)
+        np.testing.assert_allclose(setup.initial.rotation, [expected, expected], atol=1e-12)
+        apart = setup.initial.position_mm[0] - setup.initial.position_mm[1]
+        np.testing.assert_allclose(apart, [60, 0, 0], atol=1e-9)
+
+
+def test_deviations_of_poses_in_object_space() -> None:
+    setup, _ = library_setup(spine_setup(initial=poses("object")), (), LEVELS, "PRE", TRIADS, {})
+    variance = (setup.initial.errors**2).sum(axis=2)
+    np.testing.assert_allclose(variance, [[1, 1, 1, 4, 4, 4]] * 2)
+
+
+def test_a_rotation_matrix_is_in_the_axes_of_the_frame() -> None:
+    R = rotation_from_vector(np.array([0.1, -0.2, 0.3]))
+    for frame, expected in (("object", R), ("patient", AXES @ R)):
+        document = spine_setup(initial=poses(frame, rotation=R.tolist()))
+        setup, _ = library_setup(document, (), LEVELS, "PRE", TRIADS, {})
+        np.testing.assert_allclose(setup.initial.rotation[0], expected, atol=1e-12)
+
+
+def test_a_generic_spine_is_fitted_to_the_triads() -> None:
+    document = spine_setup(initial={"kind": "generic", "cranial": "T10", "caudal": "L2"})
+    setup, _ = library_setup(document, (), LEVELS, "PRE", TRIADS, {})
+    assert setup.initial.kind is InitialKind.GENERIC
+    assert setup.initial.levels == ("T10", "T11", "T12", "L1", "L2")
+
+
+def test_reference_baseline_and_clamped_markers() -> None:
+    again = [NewRebaseline(vertebra="L1", before="PRE", after="POST")]
+    setup, _ = library_setup(spine_setup(reference_vertebra="T11"), again, LEVELS, "START", TRIADS, {})
+    assert (setup.reference, setup.baseline) == ("T11", "START")
+    assert setup.rebaselines == (Rebaseline("L1", "PRE", "POST"),)
+    other, _ = library_setup(spine_setup(), (), LEVELS, "START", TRIADS, {})
+    assert other.reference == "L1"
+
+
+def test_only_triads_of_the_levels_count() -> None:
+    assert marked_poses(spine_setup(), TRIADS) == TRIADS
+    assert list(marked_poses(spine_setup(levels=["L1"]), TRIADS)) == ["L1"]
+
+
+@pytest.mark.parametrize("scale", [1.0, 1.2])
+def test_radiographs_place_the_spine_and_a_wrong_scale_is_refused(scale: float) -> None:
+    from spinewatch.spine.radiograph_fit import RadiographScaleError  # noqa: PLC0415
+    from spinewatch.spine.radiograph_landmarks import RadiographView  # noqa: PLC0415
+
+    view = RadiographView((scale, scale), "right")
+
+    def pixels(point: np.ndarray) -> dict[str, list[float]]:
+        """A point (anterior, left, cephalad), mm, in both views of 1 mm a pixel."""
+        x, y, z = point
+        return {"pa": [y, -z], "lateral": [x, -z]}
+
+    def body(z: float) -> dict[str, object]:
+        def corners(view: str, names: str) -> dict[str, list[float]]:
+            made = {}
+            for name in names.split():
+                end, side = name.split("_")
+                up = 12.0 if end == "superior" else -12.0
+                across = 20.0 if side in {"left", "anterior"} else -20.0
+                at = np.array([across, across, z + up])
+                made[name] = pixels(at)[view]
+            return made
+
+        return {
+            "pa": corners("pa", "superior_left superior_right inferior_left inferior_right"),
+            "lateral": corners(
+                "lateral", "superior_anterior superior_posterior inferior_anterior inferior_posterior"
+            ),
+        }
+
+    known = np.array([[0.0, 0, 0], [10, 60, 20], [-40, -50, 80], [30, 10, 120]])
+    common = [
+        {"name": str(n), **pixels(point), "object_mm": (AXES @ point).tolist()}
+        for n, point in enumerate(known)
+    ]
+    initial = {
+        "kind": "radiographs", "pa": "a", "lateral": "b", "landmark_sd_px": 0.5, "common": common,
+        "vertebrae": [{"vertebra": "L1", **body(0.0)}, {"vertebra": "T11", **body(60.0)}],
+    }  # fmt: skip
+    document = spine_setup(initial=initial)
+    if scale != 1.0:
+        with pytest.raises(RadiographScaleError):
+            library_setup(document, (), LEVELS, "PRE", TRIADS, {"a": view, "b": view})
+        return
+    setup, flags = library_setup(document, (), LEVELS, "PRE", TRIADS, {"a": view, "b": view})
+    assert setup.initial.levels == ("T11", "L1")
+    np.testing.assert_allclose(setup.initial.position_mm, [[60, 0, 0], [0, 0, 0]], atol=1e-6)
+    np.testing.assert_allclose(setup.initial.rotation, [AXES, AXES], atol=1e-6)
+    assert all(flag.code.startswith("radiograph") for flag in flags)
+    assert "radiograph-landmark-left-out" not in {flag.code for flag in flags}
+    nowhere = {"name": "P of T9", **pixels(known[0]), "triad": "T9"}
+    document = spine_setup(initial={**initial, "common": [*common, nowhere]})
+    hidden = {label: pose for label, pose in TRIADS.items() if label != "T9"}
+    _, flags = library_setup(document, (), LEVELS, "PRE", hidden, {"a": view, "b": view})
+    (flag,) = (flag for flag in flags if flag.code == "radiograph-landmark-left-out")
+    assert "P of T9" in flag.detail

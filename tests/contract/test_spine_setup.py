@@ -1,0 +1,71 @@
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from contract.spine_setup import (
+    InitialRadiographs,
+    PatientDirections,
+    PatientLandmarks,
+    SpineSetup,
+    VertebraPose,
+    patient_axes,
+    planned_vertebrae,
+)
+from spinewatch.spine.patient_axes import PatientAxesError
+from tests.store.builders import spine_setup
+
+
+def test_directions_by_name_or_by_vector() -> None:
+    named = PatientDirections(kind="directions", cephalad="+x", left="-y")
+    vectors = PatientDirections(kind="directions", cephalad=[2.0, 0.0, 0.0], left=[0.0, -5.0, 0.0])
+    # x = y x z: anterior = left x cephalad = -y x +x = +z
+    expected = np.column_stack([[0, 0, 1], [0, -1, 0], [1, 0, 0]])
+    np.testing.assert_allclose(patient_axes(named), expected, atol=1e-15)
+    np.testing.assert_allclose(patient_axes(vectors), expected, atol=1e-15)
+
+
+def test_landmarks() -> None:
+    axes = PatientLandmarks(
+        kind="landmarks", caudal_mm=[0.0, 0.0, 0.0], cephalad_mm=[300.0, 0.0, 0.0], left_mm=[150.0, 80.0, 0.0]
+    )
+    np.testing.assert_allclose(
+        patient_axes(axes), np.column_stack([[0, 0, -1], [0, 1, 0], [1, 0, 0]]), atol=1e-12
+    )
+
+
+def test_directions_that_determine_no_axes() -> None:
+    with pytest.raises(PatientAxesError):
+        patient_axes(PatientDirections(kind="directions", cephalad="+x", left="-x"))
+
+
+def test_a_setup_passes_through_json() -> None:
+    setup = spine_setup(levels=["t09", "L1"], target=[{"vertebra": "T9", "angles_deg": [1.0, 2.0, 3.0]}])
+    assert setup.levels == ["T9", "L1"]
+    assert SpineSetup.model_validate_json(setup.model_dump_json()) == setup
+
+
+def test_the_target_of_the_library() -> None:
+    assert planned_vertebrae(spine_setup()) is None
+    target = [
+        {"vertebra": "T9", "angles_deg": [1.0, 2.0, 3.0]},
+        {"vertebra": "L1", "angles_deg": [0.0, 0.0, 0.0], "position_mm": [1.0, 2.0, 3.0]},
+    ]
+    planned = planned_vertebrae(spine_setup(target=target))
+    assert planned is not None
+    assert [item.vertebra for item in planned] == ["T9", "L1"]
+    np.testing.assert_array_equal(planned[0].angles_deg, [1, 2, 3])
+    assert planned[0].position_mm is None
+    np.testing.assert_array_equal(planned[1].position_mm, [1, 2, 3])
+
+
+@pytest.mark.parametrize("rotation", [{}, {"rotation": np.eye(3).tolist(), "angles_deg": [0.0, 0.0, 0.0]}])
+def test_a_pose_has_one_rotation(rotation: dict[str, object]) -> None:
+    with pytest.raises(ValidationError, match="either rotation or angles_deg"):
+        VertebraPose.model_validate({"vertebra": "T9", "position_mm": [0.0, 0.0, 0.0], **rotation})
+
+
+def test_a_common_landmark_is_one_point() -> None:
+    point = {"name": "P", "pa": [0.0, 0.0], "lateral": [0.0, 0.0]}
+    document = {"kind": "radiographs", "pa": "a", "lateral": "b", "vertebrae": [], "common": [point] * 3}
+    with pytest.raises(ValidationError, match="either object_mm or triad"):
+        InitialRadiographs.model_validate(document)

@@ -1,0 +1,142 @@
+"""Markups: valid, where Slicer should see them, and with the angle that Slicer measures itself."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import numpy as np
+import pytest
+
+from contract.summary import SurgerySummary
+from exports import slicer_markups
+from exports.selection import UnknownStageError
+from exports.vertebra_size import body_size_mm
+from tests.contract.spine_results import pose
+from tests.exports.hostile import TEXTS, many_stages, with_text, without_spines
+from tests.paths import DATA
+
+SCHEMA = json.loads((DATA / "slicer_markups.schema.json").read_text())
+COBB = ["285285000", "SCT", "Cobb angle"]
+
+
+def markups(summary: SurgerySummary, stage: str | None = None) -> list[dict[str, Any]]:
+    document = json.loads(slicer_markups.export(summary, stage))
+    jsonschema.validate(document, SCHEMA)
+    found: list[dict[str, Any]] = document["markups"]
+    return found
+
+
+def named(found: list[dict[str, Any]], name: str) -> dict[str, Any]:
+    (match,) = (markup for markup in found if markup["name"] == name)
+    return match
+
+
+def test_each_stage_has_its_centroids_end_plates_and_angle(summary: SurgerySummary) -> None:
+    assert [markup["name"] for markup in markups(summary, "INTER")] == [
+        "INTER vertebrae", "INTER curve 1 superior end plate T7", "INTER curve 1 inferior end plate L1",
+        "INTER curve 1 Cobb",
+    ]  # fmt: skip
+    assert len(markups(summary)) == 12
+
+
+def test_centroids_are_left_posterior_superior(summary: SurgerySummary) -> None:
+    points = named(markups(summary), "POST vertebrae")["controlPoints"]
+    assert [point["label"] for point in points][:3] == ["T5", "T6", "T7"]
+    x, y, z = pose("T8", 2).position_mm
+    (point,) = (point for point in points if point["label"] == "T8")
+    assert point["position"] == pytest.approx([y, -x, z])
+    assert point["description"].startswith("interpolated; sd anterior 0.60, left 0.60, cephalad 1.00 mm")
+    assert points[0]["positionStatus"] == "undefined"
+    assert points[0]["description"] == "not measured: it lies outside the marked vertebrae T7 to L1"
+
+
+def test_an_end_plate_is_where_the_body_ends(summary: SurgerySummary) -> None:
+    right, left = (
+        np.array(point["position"])
+        for point in named(markups(summary), "PRE curve 1 superior end plate T7")["controlPoints"]
+    )
+    _, width, height = body_size_mm("T7")
+    body = pose("T7", 0)
+    x, y, z = body.position_mm + height / 2 * body.rotation[:, 2]
+    np.testing.assert_allclose((left + right) / 2, [y, -x, z])
+    x, y, z = body.rotation[:, 1]
+    np.testing.assert_allclose((left - right) / width, [y, -x, z], atol=1e-12)
+
+
+def test_measures_carry_codes_definitions_and_intervals(summary: SurgerySummary) -> None:
+    values = named(markups(summary), "PRE vertebrae")["measurements"]
+    cobb, reselected, rotation, translation, kyphosis, _ = values
+    assert cobb["quantityCode"] == reselected["quantityCode"] == COBB
+    assert cobb["methodCode"][:2] == ["cobb-fixed", "99SPINEWATCH"]
+    assert reselected["methodCode"][:2] == ["cobb-reselected", "99SPINEWATCH"]
+    assert cobb["value"] == 58.3
+    assert "sd 1.10 deg; 95% interval 56.14 to 60.46" in cobb["description"]
+    assert "status bracketed" in reselected["description"]
+    assert rotation["quantityCode"][:2] == ["apical-rotation", "99SPINEWATCH"]
+    assert (rotation["units"][0], translation["units"][0]) == ("deg", "mm")
+    assert kyphosis["enabled"] is False
+    assert "value" not in kyphosis
+
+
+def test_a_curve_without_one_of_its_ends_has_no_angle(summary: SurgerySummary) -> None:
+    spine = summary.stages[0].spine
+    assert spine is not None
+    curve = spine.curves[0].model_copy(update={"upper": "T6"})
+    other = spine.model_copy(update={"curves": [curve]})
+    stage = summary.stages[0].model_copy(update={"spine": other})
+    found = markups(summary.model_copy(update={"stages": [stage]}))
+    assert [markup["name"] for markup in found] == ["PRE vertebrae", "PRE curve 1 inferior end plate L1"]
+
+
+@pytest.mark.parametrize("text", TEXTS)
+def test_hostile_text_stays_on_its_line(text: str) -> None:
+    markups(with_text(text))
+
+
+def test_no_spine_no_markups() -> None:
+    assert markups(without_spines()) == []
+
+
+def test_an_unknown_stage_is_refused(summary: SurgerySummary) -> None:
+    with pytest.raises(UnknownStageError):
+        slicer_markups.export(summary, "LATER")
+
+
+def test_sixty_stages() -> None:
+    assert len(markups(many_stages())) == 60 * 4
+
+
+@pytest.mark.timeout(900)  # the first run installs Slicer's libraries
+def test_slicer_reads_the_same(
+    summary: SurgerySummary, tmp_path: Path, read_by_slicer: Callable[[Path], Any]
+) -> None:
+    path = tmp_path / "spine.mrk.json"
+    path.write_bytes(slicer_markups.export(summary))
+    nodes = {node["name"]: node for node in read_by_slicer(path)}
+    assert len(nodes) == 12
+    points = {point["label"]: point["ras"] for point in nodes["POST vertebrae"]["points"]}
+    x, y, z = pose("T9", 2).position_mm
+    assert points["T9"] == pytest.approx([-y, x, z])
+    assert points["T5"] is None
+    cobb, *_, lordosis = nodes["PRE vertebrae"]["measurements"]
+    assert (cobb["value"], cobb["quantity"], cobb["units"][:2]) == (58.3, COBB, ["deg", "UCUM"])
+    assert cobb["method"][0] == "cobb-fixed"
+    assert not lordosis["defined"]
+
+
+@pytest.mark.timeout(900)
+def test_slicer_measures_the_cobb_angle_itself(
+    summary: SurgerySummary, tmp_path: Path, read_by_slicer: Callable[[Path], Any]
+) -> None:
+    path = tmp_path / "spine.mrk.json"
+    path.write_bytes(slicer_markups.export(summary))
+    nodes = {node["name"]: node for node in read_by_slicer(path)}
+    for stage, name in enumerate(("PRE", "INTER", "POST")):
+        measured = {item["name"]: item["value"] for item in nodes[f"{name} curve 1 Cobb"]["measurements"]}
+        upper, lower = (pose(level, stage).rotation[:, 2] for level in ("T7", "L1"))
+        tilts = [np.degrees(np.arctan2(-z[1], z[2])) for z in (upper, lower)]
+        assert measured["angle"] == pytest.approx(abs(tilts[1] - tilts[0]), abs=1e-6)

@@ -1,0 +1,170 @@
+"""The stream of changes, for dashboards."""
+
+import json
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from queue import Empty, Queue
+from typing import Any
+
+import httpx
+import pytest
+
+from tests.http.harness import Service, code_of, pair
+from tests.patience import PATIENCE_S
+
+Event = dict[str, str]
+
+
+class Stream:
+    """A client of the stream; a thread reads its events."""
+
+    def __init__(self, service: Service, **request: Any) -> None:
+        self._queue: Queue[Event | None] = Queue()
+        self._client = httpx.Client(
+            base_url=service.client.base_url, headers=service.client.headers, timeout=60, trust_env=False
+        )
+        self._request = request
+        self._opened = threading.Event()
+        self._thread = threading.Thread(target=self._read, daemon=True)
+
+    def __enter__(self) -> "Stream":
+        self._thread.start()
+        assert self._opened.wait(PATIENCE_S)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._response.close()
+        self._client.close()
+
+    def _read(self) -> None:
+        try:
+            with self._client.stream("GET", "/v1/events", **self._request) as self._response:
+                self.status, self.headers = self._response.status_code, self._response.headers
+                fields: Event = {}
+                for line in self._response.iter_lines():
+                    if line:
+                        name, _, value = line.partition(":")
+                        fields[name or "comment"] = value.strip()
+                        continue
+                    self._queue.put(fields)
+                    self._opened.set()
+                    fields = {}
+        except httpx.HTTPError:
+            pass
+        finally:
+            self._opened.set()
+            self._queue.put(None)
+
+    def next(self) -> Event | None:
+        """Return the next event, None at the end of the stream."""
+        return self._queue.get(timeout=PATIENCE_S)
+
+    def change(self) -> dict[str, Any]:
+        """Return the next change; the first event and comments are passed over."""
+        while True:
+            event = self.next()
+            assert event is not None
+            if "data" in event:
+                document: dict[str, Any] = json.loads(event["data"])
+                assert event["id"] == str(document["seq"])
+                return document
+
+    def is_silent(self) -> bool:
+        try:
+            return "data" not in (self._queue.get(timeout=0.5) or {})
+        except Empty:
+            return True
+
+
+@contextmanager
+def following(service: Service, **request: Any) -> Iterator[Stream]:
+    with Stream(service, **request) as stream:
+        yield stream
+
+
+def test_changes_arrive_as_they_are_committed(service: Service, calibration: str) -> None:
+    with following(service) as stream:
+        assert stream.headers["content-type"].startswith("text/event-stream")
+        surgery = service.surgery()
+        assert stream.change()["id"] == surgery
+        service.submit(surgery, "PRE", pair("PRE"), calibration)
+        actions = [stream.change()["action"] for _ in range(3)]
+    assert actions == ["stage:submitted", "job:started", "stage:measured"]
+
+
+def test_a_stream_wakes_soon(idle: Service) -> None:
+    """Of several changes the median is taken: a busy machine may delay some."""
+    delays = []
+    with following(idle) as stream:
+        for _ in range(7):
+            idle.surgery()
+            committed = time.monotonic()
+            stream.change()
+            delays.append(time.monotonic() - committed)
+    assert sorted(delays)[3] < 1.0
+
+
+def test_a_stream_is_taken_up_where_it_ended(idle: Service) -> None:
+    with following(idle) as stream:
+        first = idle.surgery()
+        seen = stream.change()
+        assert seen["id"] == first
+    missed = [idle.surgery() for _ in range(3)]
+    with following(idle, headers={"Last-Event-ID": str(seen["seq"])}) as stream:
+        assert [stream.change()["id"] for _ in missed] == missed
+        latest = idle.surgery()
+        assert stream.change()["id"] == latest
+    with following(idle, params={"since": seen["seq"]}) as stream:
+        assert [stream.change()["id"] for _ in (*missed, latest)] == [*missed, latest]
+
+
+def test_the_first_event_says_where_the_stream_begins(idle: Service) -> None:
+    idle.surgery()
+    last = idle.client.get("/v1/changes", params={"since": 2**53 - 1}).json()["last"]
+    with following(idle) as stream:
+        first = stream.next()
+    assert first is not None
+    assert int(first["id"]) >= last
+    assert "data" not in first
+
+
+def test_only_the_changes_of_a_surgery(idle: Service) -> None:
+    surgery = idle.surgery()
+    with following(idle, params={"surgery_id": surgery}) as stream:
+        idle.surgery()
+        job = idle.submit(surgery, "PRE", pair("PRE"), idle.calibration())
+        assert stream.change()["action"] == "stage:submitted"
+        idle.surgery()
+        idle.client.post(f"/v1/jobs/{job}/cancel")
+        assert stream.change()["action"] == "job:cancelled"
+        assert stream.is_silent()
+
+
+def test_several_streams_have_the_same_changes(idle: Service) -> None:
+    with following(idle) as one, following(idle) as other:
+        made = [idle.surgery() for _ in range(5)]
+        assert [one.change()["id"] for _ in made] == [other.change()["id"] for _ in made] == made
+
+
+@pytest.mark.parametrize("position", ["-1", "x", "9007199254740993"])
+def test_a_position_that_is_none_is_refused(idle: Service, position: str) -> None:
+    answer = idle.client.get("/v1/events", headers={"Last-Event-ID": position})
+    assert code_of(answer, 422) == "invalid-request"
+
+
+def test_the_headers_alone_may_be_asked_for(idle: Service) -> None:
+    answer = idle.client.head("/v1/events")
+    assert (answer.status_code, answer.content) == (200, b"")
+
+
+def test_streams_end_when_the_service_stops(tmp_path: Path) -> None:
+    with Service(tmp_path) as service, following(service) as stream:
+        service.surgery()
+        stream.change()
+        service.server.terminate()
+        while stream.next() is not None:
+            pass
+        service.server.wait(20)
