@@ -14,7 +14,7 @@ from spinewatch.flags import Flag
 from spinewatch.imaging.comparison import ComparisonParameters, ImageComparison, compare_images
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import SIDES, Side
-from store.stages import EarlierStage, StageWork
+from store.stage_work import EarlierStage, StageWork
 
 _IDENTICAL = ImageComparison(exact=True, repeated=True, noise_gray=0.0, displacement_px=0.0)
 _OTHER: Mapping[Side, Side] = {"left": "right", "right": "left"}

@@ -15,7 +15,7 @@ from contract.stage import StageResult
 from contract.triad import Triad
 from spinewatch.tracking.burst import BurstParameters, combine_burst
 from spinewatch.triads.pose import Pose
-from store.stages import PairWork
+from store.stage_work import PairWork
 from workers.stage_labels import LabelledPair
 
 _SECOND = timedelta(seconds=1)

@@ -9,7 +9,7 @@ from contract.burst import LabelSource
 from spinewatch.pipeline import LABELS_UNCERTAIN, StageMeasurement, StageRequest, relabelled
 from spinewatch.triads.labels import KnownConfiguration
 from spinewatch.triads.pose import Pose
-from store.stages import StageWork
+from store.stage_work import StageWork
 from workers.registry import NotReadyError
 
 _MIN_TRIADS = 2

@@ -7,7 +7,7 @@ from sqlalchemy import select, text
 from sqlalchemy.exc import IntegrityError
 
 from contract.job import JobState
-from store import calibrations, jobs, stages
+from store import calibrations, jobs, stage_work
 from store.database import Database
 from store.errors import NotFoundError, ReportNotFoundError
 from store.jobs import Lease
@@ -111,4 +111,4 @@ def test_the_age_of_a_calibration_counts_from_what_is_known(
     stage = new_stage(database, new_surgery(database), calibration=calibration.id, captured_at=captured_at)
     assert calibrations.age(calibration, stage) == timedelta(hours=hours)
     with database.read() as session:
-        assert stages.work(session, stage.id).calibration_age == timedelta(hours=hours)
+        assert stage_work.work(session, stage.id).calibration_age == timedelta(hours=hours)

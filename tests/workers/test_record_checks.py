@@ -13,7 +13,7 @@ from PIL import Image
 from spinewatch.arrays import Pixels
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import Side
-from store.stages import EarlierStage, StageWork
+from store.stage_work import EarlierStage, StageWork
 from tests.store.builders import sample_pair
 from workers.record_checks import burst_repetition_flags, repetition_flags, time_flags
 

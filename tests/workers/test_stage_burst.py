@@ -10,7 +10,7 @@ from spinewatch.flags import Flag
 from spinewatch.pipeline import StageMeasurement
 from spinewatch.triads.labels import LabelledTriad
 from spinewatch.triads.pose import Pose
-from store.stages import PairWork
+from store.stage_work import PairWork
 from tests.contract.results import labelled, measurement
 from tests.store.builders import NOON, at
 from workers.stage_burst import burst_result, offsets_s, view_delay_s

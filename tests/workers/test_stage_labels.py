@@ -12,7 +12,7 @@ from spinewatch.flags import Flag
 from spinewatch.pipeline import StageMeasurement, StageRequest
 from spinewatch.triads.labels import label_triads
 from spinewatch.triads.pose import MeasuredTriad, Pose
-from store.stages import LabelledStage, StageWork
+from store.stage_work import LabelledStage, StageWork
 from tests.contract.results import measurement
 from tests.store.builders import NOON
 from workers.registry import NotReadyError

@@ -35,9 +35,9 @@ from spinewatch.progress import Progress, part
 from spinewatch.rig_files.rig_json import parse_rig
 from spinewatch.rig_plausibility import check_measurable_rig
 from spinewatch.tracking.synchronization import SynchronizationParameters, delay_flags, parallax_gain
-from store import measurements, spines, stages
+from store import measurements, spines, stage_work
 from store.jobs import Lease
-from store.stages import PairWork, StageWork
+from store.stage_work import PairWork, StageWork
 from store.tables import STAGE_JOB
 from workers.record_checks import burst_repetition_flags, repetition_flags, time_flags
 from workers.registry import Handler
@@ -109,7 +109,7 @@ class StageHandler(Handler[StageWork, StageResult]):
         StageWork
             The input.
         """
-        return stages.work(session, lease.subject_id, _COMPARED_STAGES)
+        return stage_work.work(session, lease.subject_id, _COMPARED_STAGES)
 
     def run(self, work: StageWork, progress: Progress) -> StageResult:
         """Return what is measured in the stereo pair, or in the pairs of a burst; or the edited result of a revision.

@@ -1,0 +1,300 @@
+"""What a worker needs to measure a stage: images, rig, labels and earlier stages."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+
+from pydantic import TypeAdapter
+from sqlalchemy import Select, and_, or_, select
+from sqlalchemy.orm import Session, joinedload, selectinload
+
+import contract.revision
+import contract.triad
+from contract.job import FINAL_STATES, JobState
+from contract.stage import StageResult
+from spinewatch.triads.pose import Pose
+from store import calibrations, images, results
+from store.errors import (
+    ImageDamagedError,
+)
+from store.stages import sha256_by_side
+from store.tables import (
+    Document,
+    Stage,
+    Triad,
+)
+
+
+@dataclass(frozen=True)
+class EarlierStage:
+    """A stage of the surgery that was submitted before the one in work.
+
+    Attributes
+    ----------
+    name
+        Name of the stage.
+    captured_at
+        When it was taken, None when unknown.
+    sha256
+        SHA-256 of its image files, hexadecimal, by side.
+    content
+        The files by side; empty for a stage whose files are not loaded.
+    """
+
+    name: str
+    captured_at: datetime | None
+    sha256: Mapping[str, str]
+    content: Mapping[str, bytes]
+
+
+@dataclass(frozen=True)
+class PairWork:
+    """A stereo pair of a burst in work.
+
+    Attributes
+    ----------
+    left, right
+        The image files.
+    left_exposed_at, right_exposed_at
+        When each was exposed, None when unknown.
+    """
+
+    left: bytes
+    right: bytes
+    left_exposed_at: datetime | None = None
+    right_exposed_at: datetime | None = None
+
+
+@dataclass(frozen=True)
+class LabelledStage:
+    """An earlier stage whose result has the poses of all labels.
+
+    Attributes
+    ----------
+    name, take
+        Name and take of the stage.
+    poses
+        Poses by label.
+    """
+
+    name: str
+    take: int
+    poses: Mapping[str, Pose]
+
+
+@dataclass(frozen=True)
+class RevisionWork:
+    """What is changed of an earlier take of a stage.
+
+    Attributes
+    ----------
+    changes
+        What was asked for.
+    revised
+        The result of the take.
+    """
+
+    changes: contract.revision.NewRevision
+    revised: StageResult
+
+
+@dataclass(frozen=True)
+class StageWork:
+    """What a worker needs to measure a stage.
+
+    Attributes
+    ----------
+    left, right
+        The image files of the pair, or of the first pair of a burst.
+    sha256
+        Their SHA-256, hexadecimal, by side.
+    rig
+        The rig JSON.
+    captured_at
+        When the stage was taken, or its left image exposed, None when unknown.
+    calibrated_at, calibration_created_at
+        When the rig was calibrated, None when unknown, and when the calibration was stored.
+    calibration_age
+        Age of the calibration when the stage was taken.
+    earlier
+        Stages of other names that were submitted before, in that order, whatever has become of their jobs.
+    vertebrae
+        Labels in order of increasing coordinate along the spine axis.
+    spine_axis
+        x, y or auto.
+    extra_levels
+        Vertebrae that this spine has in addition to the usual ones.
+    name, take
+        Name and take of the stage.
+    reference_vertebra
+        The vertebra in whose frame motion is given.
+    left_exposed_at, right_exposed_at
+        When each image was exposed, None when unknown.
+    further
+        The other pairs of a burst.
+    labelled
+        The latest of the earlier stages whose result has the poses of all labels; None if there is none, or if
+        ``unended_job`` has to end first.
+    unended_job
+        Job of the latest of the earlier stages that may yet be ``labelled``; None if that is decided.
+    revision
+        What is changed of an earlier take of the stage; None for a take with images of its own.
+    """
+
+    left: bytes
+    right: bytes
+    sha256: Mapping[str, str]
+    rig: Document
+    captured_at: datetime | None
+    calibrated_at: datetime | None
+    calibration_created_at: datetime
+    calibration_age: timedelta
+    earlier: tuple[EarlierStage, ...]
+    vertebrae: tuple[str, ...]
+    spine_axis: str
+    extra_levels: tuple[str, ...]
+    name: str = ""
+    take: int = 1
+    reference_vertebra: str = ""
+    left_exposed_at: datetime | None = None
+    right_exposed_at: datetime | None = None
+    further: tuple[PairWork, ...] = ()
+    labelled: LabelledStage | None = None
+    unended_job: str | None = None
+    revision: RevisionWork | None = None
+
+    @property
+    def pairs(self) -> tuple[PairWork, ...]:
+        """All pairs, in the order in which they were taken."""
+        first = PairWork(self.left, self.right, self.left_exposed_at, self.right_exposed_at)
+        return (first, *self.further)
+
+
+def work(session: Session, stage_id: str, max_loaded: int = 0) -> StageWork:
+    """Return what a worker needs to measure a stage.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    stage_id
+        Identifier of the stage.
+    max_loaded
+        Number of the latest earlier stages whose files are loaded too.
+
+    Returns
+    -------
+    StageWork
+        Images, rig, labels and earlier stages.
+    """
+    query = select(Stage).where(Stage.id == stage_id)
+    whole = joinedload(Stage.surgery), joinedload(Stage.calibration), selectinload(Stage.further_pairs)
+    stage = session.scalars(query.options(*whole)).one()
+    labelled, unended_job = _labelled(session, stage)
+    return StageWork(
+        left=images.content(session, stage.left_sha256),
+        right=images.content(session, stage.right_sha256),
+        sha256=sha256_by_side(stage),
+        rig=stage.calibration.rig,
+        captured_at=stage.captured_at or stage.left_exposed_at,
+        calibrated_at=stage.calibration.calibrated_at,
+        calibration_created_at=stage.calibration.created_at,
+        calibration_age=calibrations.age(stage.calibration, stage),
+        earlier=_earlier(session, stage, max_loaded),
+        vertebrae=tuple(stage.surgery.vertebrae),
+        spine_axis=stage.surgery.spine_axis,
+        extra_levels=tuple(stage.surgery.extra_levels),
+        name=stage.name,
+        take=stage.take,
+        reference_vertebra=stage.surgery.reference_vertebra,
+        left_exposed_at=stage.left_exposed_at,
+        right_exposed_at=stage.right_exposed_at,
+        further=tuple(
+            PairWork(
+                images.content(session, pair.left_sha256),
+                images.content(session, pair.right_sha256),
+                pair.left_exposed_at,
+                pair.right_exposed_at,
+            )
+            for pair in stage.further_pairs
+        ),
+        labelled=labelled,
+        unended_job=unended_job,
+        revision=_revision(session, stage),
+    )
+
+
+def _revision(session: Session, stage: Stage) -> RevisionWork | None:
+    if stage.revised_take is None:
+        return None
+    query = select(Stage.id).where(
+        Stage.surgery_id == stage.surgery_id, Stage.name == stage.name, Stage.take == stage.revised_take
+    )
+    changes = TypeAdapter[contract.revision.NewRevision](contract.revision.NewRevision).validate_python(
+        stage.changes
+    )
+    return RevisionWork(changes, results.whole(session, session.scalars(query).one()))
+
+
+def _earlier(session: Session, stage: Stage, max_loaded: int) -> tuple[EarlierStage, ...]:
+    """Return the stages submitted before a stage; takes of its own name show the same moment."""
+    taken = _before(stage).where(Stage.revised_take.is_(None))  # a revision has the images of its take
+    rows = session.scalars(taken.order_by(Stage.created_at, Stage.id)).all()
+    loaded = rows[max(len(rows) - max_loaded, 0) :]
+    return tuple(
+        EarlierStage(
+            name=row.name,
+            captured_at=row.captured_at or row.left_exposed_at,
+            sha256=sha256_by_side(row),
+            content=_whole(session, row) if row in loaded else {},
+        )
+        for row in rows
+    )
+
+
+def _whole(session: Session, stage: Stage) -> dict[str, bytes]:
+    """Return the images of an earlier stage that are not damaged; serving a damaged one names the damage."""
+    found = {}
+    for side, sha256 in sha256_by_side(stage).items():
+        with suppress(ImageDamagedError):
+            found[side] = images.content(session, sha256)
+    return found
+
+
+def _labelled(session: Session, stage: Stage) -> tuple[LabelledStage | None, str | None]:
+    """Return the latest stage before a stage whose result has the poses of all labels, or the job to wait for.
+
+    A stage whose job failed or was cancelled is passed over. One whose job has not ended may have all poses, so that a
+    stage before it must not be taken: the answer would depend on which job ends first.
+    """
+    labels = set(stage.surgery.vertebrae)
+    order = (
+        Stage.created_at.desc(),
+        Stage.take.desc(),
+        Stage.id.desc(),
+    )  # revisions have the time of their take
+    query = _before(stage).order_by(*order).options(joinedload(Stage.job))
+    for row in session.scalars(query):
+        if row.job.state not in FINAL_STATES:
+            return None, row.job.id
+        if row.job.state is JobState.SUCCEEDED:
+            rows = session.scalars(
+                select(Triad.triad).where(Triad.stage_id == row.id).order_by(Triad.position)
+            )
+            triads = [contract.triad.Triad.model_validate(triad) for triad in rows]
+            poses = {triad.label: triad.pose() for triad in triads if triad.label in labels}
+            found = {label: pose for label, pose in poses.items() if label is not None and pose is not None}
+            if labels == set(found):
+                return LabelledStage(row.name, row.take, found), None
+    return None, None
+
+
+def _before(stage: Stage) -> Select[Stage]:
+    """Return the query for the stages of other names that were submitted before a stage."""
+    before = or_(
+        Stage.created_at < stage.created_at, and_(Stage.created_at == stage.created_at, Stage.id < stage.id)
+    )
+    return select(Stage).where(Stage.surgery_id == stage.surgery_id, Stage.name != stage.name, before)
