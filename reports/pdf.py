@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from hashlib import sha256
 from typing import Any
+
+from PIL import ImageFile
 
 from spinewatch.errors import MissingPackageError, SpinewatchError
 
@@ -43,8 +47,9 @@ def to_pdf(html: str) -> bytes:
         If the page refers to anything but ``data:``.
     """
     try:
-        import weasyprint  # noqa: PLC0415 - an optional extra
-        from weasyprint.urls import FatalURLFetchingError  # noqa: PLC0415 - an optional extra
+        with _truncated_images_refused():
+            import weasyprint  # noqa: PLC0415 - an optional extra
+            from weasyprint.urls import FatalURLFetchingError  # noqa: PLC0415 - an optional extra
     except (ImportError, OSError) as error:
         raise MissingPackageError("The PDF report", "WeasyPrint with Pango", _LIBRARIES) from error
 
@@ -63,3 +68,13 @@ def to_pdf(html: str) -> bytes:
             f"the page refers to {error}; a report may contain data: addresses only"
         ) from error
     return pdf
+
+
+@contextmanager
+def _truncated_images_refused() -> Iterator[None]:
+    """Keep Pillow's setting: the import of WeasyPrint makes Pillow decode truncated images of a stage as whole."""
+    before = ImageFile.LOAD_TRUNCATED_IMAGES
+    try:
+        yield
+    finally:
+        ImageFile.LOAD_TRUNCATED_IMAGES = before

@@ -76,6 +76,19 @@ def test_data_may_be_in_the_page() -> None:
     )
 
 
+def test_a_truncated_image_is_refused_after_a_report() -> None:
+    script = (
+        "from PIL import ImageFile\n"
+        "from reports.pdf import to_pdf\n"
+        "to_pdf('<!doctype html><html lang=en><title>x</title><body>x</body></html>')\n"
+        "print(ImageFile.LOAD_TRUNCATED_IMAGES)\n"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", script], cwd=PROJECT, check=True, capture_output=True, text=True
+    )
+    assert run.stdout.strip() == "False"
+
+
 def test_without_weasyprint_the_error_says_what_to_install() -> None:
     script = (
         "import sys; sys.modules['weasyprint'] = None\n"
