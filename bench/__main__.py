@@ -17,6 +17,7 @@ AREAS = {
     "bench.radiographs [--pairs N] [--sd-px PX] [--check]": "initial configurations from simulated radiographs",
     "bench.accuracy DIR [--out FILE]": "both, written to docs/accuracy.md",
     "bench.calibration [--boards DIR] [--scenes DIR] [--check]": "calibration on boards and real data, beside peers",
+    "bench.thesis [DIR] [--part PART] [--check]": "every table of the thesis beside ours",
     "bench.figure [FILE]": "draws docs/img/result.png, the measured triads of the sample",
 }
 

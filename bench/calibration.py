@@ -1,8 +1,8 @@
-"""``python -m bench.calibration``: calibration of rendered boards, published tables and real data, beside peers.
+"""``python -m bench.calibration``: calibration of rendered boards and of real data, beside peers.
 
 ``--check`` ends with status 1 when a bar is not reached. The boards and the real coordinates come with the project
 (samples/calibration); ``--boards DIR`` takes other trials, named A, B, C ... with truth.json. docs/calibration.md
-has the figures.
+has the figures, and `python -m bench.thesis` the published tables.
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ import numpy as np
 from bench.calibration_boards import angles, automatic, moved_board, processed_scenes
 from bench.calibration_peers import against_dlt, compare
 from bench.calibration_real import chessboards, openptv
-from bench.calibration_tables import table_3_2, table_3_4
 from bench.tables import Bar, Grid, bars
 from spinewatch.calibration.control_field import pegboard_1995
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot
@@ -48,8 +47,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         lambda: compare(options.boards),
         against_dlt,
         lambda: angles(options.boards),
-        table_3_2,
-        table_3_4,
         lambda: openptv(real / "openptv"),
         lambda: chessboards(real / "chessboards"),
         speed,

@@ -9,11 +9,11 @@ from time import perf_counter
 import numpy as np
 
 from bench.calibration_boards import calibrated, moved_board
-from bench.calibration_tables import TYPICAL, table_shot
 from bench.peers.opencv import opencv_camera, triangulate
 from bench.peers.tsai import tsai_two_stage
 from bench.peers.two_plane import intersect_lines, two_plane
 from bench.tables import Bar, Grid
+from bench.thesis.calibration import TYPICAL, table_shot
 from spinewatch.arrays import Float
 from spinewatch.calibration.control_field import pegboard_1995
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot

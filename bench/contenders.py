@@ -20,20 +20,22 @@ from spinewatch.imaging.frame import Frame
 from spinewatch.imaging.tone import to_gray
 from spinewatch.parallel import both
 from spinewatch.pipeline import StageMeasurer
-from spinewatch.thesis_1995.detection import THESIS_1995
+from spinewatch.thesis_1995.detect_point import DetectPointParameters, detect_point
+from spinewatch.thesis_1995.preprocessing import PreprocessingParameters
 
 Result = TypeVar("Result")
 
 Positions = tuple[Float, Float]
 """Positions (n, 2), px, in the left and in the right image, best first."""
 
-ROOTS = replace(
-    THESIS_1995,
-    comparisons=tuple(replace(c, gate=None) for c in THESIS_1995.comparisons),
-    segmentation="peaks",
-    min_score=0.0,
-)
-"""The published property spaces in the relaxed mode of section 7.2, with local maxima instead of components."""
+PUBLISHED = DetectPointParameters()
+"""DETECT-POINT as published; its size reduction loses the wound in several of the scenes."""
+
+WHOLE_IMAGE = replace(PUBLISHED, preprocessing=PreprocessingParameters(statistic=None))
+"""Without size reduction."""
+
+ROOTS = replace(WHOLE_IMAGE, root_threshold=None)
+"""The relaxed mode of section 7.2."""
 
 IN_FIELD = ("soft disc, normalized", "soft disc, not normalized")
 
@@ -56,8 +58,9 @@ def contenders(fields: Mapping[BallView, SurgicalField]) -> dict[str, Contender]
     return {
         "Spinewatch": Contender(lambda scene, _: _positions(find_balls(scene))),
         "Spinewatch, centres not refined": Contender(_detector(DetectionParameters())),
-        "thesis 1995": Contender(_detector(THESIS_1995), ranked=False),
-        "thesis 1995, roots only, local maxima": Contender(_detector(ROOTS)),
+        "thesis 1995": Contender(_published(PUBLISHED), ranked=False),
+        "thesis 1995, whole image": Contender(_published(WHOLE_IMAGE), ranked=False),
+        "thesis 1995, whole image, roots only": Contender(_published(ROOTS), ranked=False),
         **ready_made,
         **in_field,
     }
@@ -82,6 +85,17 @@ def _detector(parameters: DetectionParameters) -> Callable[[BallScene, int], Pos
     def find(scene: BallScene, budget: int) -> Positions:
         wanted = replace(parameters, max_features=budget)
         return _positions(_in_both_views(lambda view: _detect(view, wanted), scene))
+
+    return find
+
+
+def _published(parameters: DetectPointParameters) -> Callable[[BallScene, int], Positions]:
+    def find(scene: BallScene, budget: int) -> Positions:
+        wanted = replace(parameters, expected_features=budget)
+        left, right = _in_both_views(
+            lambda view: detect_point(Frame(view.image, view.side), view.ball_px, wanted), scene
+        )
+        return left.features.xy_px, right.features.xy_px
 
     return find
 

@@ -1,4 +1,7 @@
-"""Stereo pairs to load a service with: those of the sample surgery, each with noise of its own."""
+"""Stereo pairs to load a service with: those of the sample surgery, each with a shift and noise of its own.
+
+With noise alone they would repeat each other, which a service flags after a comparison that no pair of a surgery needs.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 from PIL import Image
 
-from spinewatch.arrays import Pixels
+from spinewatch.arrays import Float, Pixels
 from spinewatch.camera import Rig
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.pipeline import StageRequest
@@ -20,6 +24,7 @@ from spinewatch.rig_files.rig_json import parse_rig
 SAMPLE = Path(__file__).parents[1] / "samples" / "D1"
 STAGES = ("PRE", "INTER", "POST")
 _NOISE_SD = 1.0
+_SHIFT_SD_PX = 1.0
 
 
 @dataclass(frozen=True)
@@ -36,13 +41,17 @@ class Pair:
 
 
 def make_pairs(count: int, seed: int) -> list[Pair]:
-    """Return pairs of the sample's stages in turn, each with noise of its own; no two have the same bytes."""
+    """Return pairs of the sample's stages in turn, each with a shift and noise of its own."""
     rng = np.random.default_rng(seed)
     frames = [
         [decode_image((SAMPLE / stage / f"{side}.png").read_bytes()) for side in ("left", "right")]
         for stage in STAGES
     ]
-    return [Pair(*(_noisy(pixels, rng) for pixels in frames[k % len(STAGES)])) for k in range(count)]
+    shifts = rng.normal(0.0, _SHIFT_SD_PX, (count, 2))
+    return [
+        Pair(*(_changed(pixels, shift, rng) for pixels in frames[k % len(STAGES)]))
+        for k, shift in enumerate(shifts)
+    ]
 
 
 def read_rig() -> Rig:
@@ -75,8 +84,17 @@ def stage_request() -> StageRequest:
     return StageRequest(labels=tuple(sample["vertebrae"]), spine_axis=sample["spine_axis"])
 
 
-def _noisy(pixels: Pixels, rng: np.random.Generator) -> bytes:
-    values = pixels.astype(np.float32) + rng.normal(0.0, _NOISE_SD, pixels.shape).astype(np.float32)
+def _changed(pixels: Pixels, shift_px: Float, rng: np.random.Generator) -> bytes:
+    """Return an image as after a shake of both cameras, with new noise."""
+    move = np.hstack([np.eye(2), shift_px[:, None]])
+    moved = cv2.warpAffine(
+        pixels.astype(np.float32),
+        move,
+        pixels.shape[::-1],
+        flags=cv2.INTER_CUBIC,
+        borderMode=cv2.BORDER_REPLICATE,
+    )
+    values = moved + rng.normal(0.0, _NOISE_SD, pixels.shape).astype(np.float32)
     buffer = io.BytesIO()
     Image.fromarray(np.clip(np.rint(values), 0, 255).astype(np.uint8)).save(buffer, "PNG", compress_level=1)
     return buffer.getvalue()

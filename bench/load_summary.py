@@ -28,12 +28,21 @@ from contract.stage import StageResult
 from contract.surgery import NewSurgery
 from service.routes.summary import summary_json
 from spinewatch.imaging.header import ImageHeader
-from store import calibrations, images, measurements, spine_setups, spines, stages, summaries, surgeries
+from store import (
+    calibrations,
+    images,
+    measurements,
+    spine_setups,
+    spines,
+    stage_submission,
+    summaries,
+    surgeries,
+)
 from store.clock import utc_now
 from store.database import Database
 from store.images import NewImage
 from store.spines import ComputedSpine
-from store.stages import NewStage
+from store.stage_submission import NewStage
 from store.tables import Image, Job, Stage
 
 SURGERIES = 1000
@@ -175,9 +184,9 @@ def _copy(database: Database, pattern: _Pattern) -> str:
         calibration = calibrations.get(session, pattern.calibration)
         for new, result in zip(pattern.stages, pattern.results, strict=True):
             now = utc_now()  # stages of a surgery are sorted by time
-            stage = stages.submit(session, surgery, calibration, new, now, _ACTOR)
+            stage = stage_submission.submit(session, surgery, calibration, new, now, _ACTOR)
             session.flush()
-            measurements.add(session, stage.id, result, now, _ACTOR)
+            measurements.add(session, stage.id, measurements.MeasuredStage(result), now, _ACTOR)
         spine_setups.put(session, surgery.id, SpineSetup.model_validate(spine_document()), utc_now(), _ACTOR)
         session.flush()
         plans = spines.plans(session, surgery, spine_setups.get(session, surgery.id))

@@ -24,10 +24,10 @@ from bench.load_service import LoadService
 from bench.tables import Bar, Grid
 from contract.event import Actor, ActorKind
 from spinewatch.imaging.header import inspect_image
-from store import calibrations, stages, surgeries
+from store import calibrations, stage_submission, surgeries
 from store.clock import utc_now
 from store.images import NewImage
-from store.stages import NewStage
+from store.stage_submission import NewStage
 from store.tables import STAGE_JOB, Job
 
 PAIRS = 120
@@ -138,7 +138,9 @@ def enqueue_all(service: LoadService, work: Sequence[tuple[Cart, Sequence[Pair]]
             for number, pair in enumerate(files):
                 left, right = (NewImage(data, inspect_image(data)) for data in (pair.left, pair.right))
                 new = NewStage(f"S{number}", left, right, None)
-                jobs.append(stages.submit(session, surgery, calibration, new, utc_now(), actor).job.id)
+                jobs.append(
+                    stage_submission.submit(session, surgery, calibration, new, utc_now(), actor).job.id
+                )
     for job in jobs:
         queue.enqueue(job)
     queue.close()

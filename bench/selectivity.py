@@ -70,8 +70,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     responses = measure(scenes)
     images = 2 * len(scenes)
     for grid in (
-        _selectivities(responses, images),
-        _agreement(responses),
+        selectivities(responses, images),
+        agreement(responses),
         *_proximities(default_template_set()),
     ):
         print(grid.markdown()) if options.markdown else grid.print()
@@ -151,7 +151,8 @@ def _means(responses: Mapping[Key, Sequence[Response]], space: PropertySpace) ->
     return {m: float(np.mean([r.selectivity for r in responses[space, m]])) for m in Measure}
 
 
-def _selectivities(responses: Mapping[Key, Sequence[Response]], images: int) -> Grid:
+def selectivities(responses: Mapping[Key, Sequence[Response]], images: int) -> Grid:
+    """Return Table 4.1 beside ours."""
     rows: list[list[str]] = []
     for space in PropertySpace:
         if space in TABLE_4_1:
@@ -164,7 +165,8 @@ def _selectivities(responses: Mapping[Key, Sequence[Response]], images: int) -> 
     return Grid.of(title, ["", *Measure], rows)
 
 
-def _agreement(responses: Mapping[Key, Sequence[Response]]) -> Grid:
+def agreement(responses: Mapping[Key, Sequence[Response]]) -> Grid:
+    """Return the rankings of the measures in the thesis and here."""
     rows = []
     for space, thesis in TABLE_4_1.items():
         here = _means(responses, space)

@@ -11,10 +11,9 @@ from bench.scoring import rms
 from bench.tables import Bar, Grid
 from spinewatch.arrays import Float
 from spinewatch.camera import Camera, Rig
-from spinewatch.detection.features import Features
+from spinewatch.detection.features import HIDDEN, Features
 from spinewatch.geometry.rotations import vector_from_rotation
 from spinewatch.markers import FLAT_10_14_18
-from spinewatch.matching.selection import HIDDEN
 from spinewatch.simulation.observations import FeatureNoise, observe
 from spinewatch.simulation.rigs import large_rig
 from spinewatch.simulation.spines import random_spine

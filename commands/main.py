@@ -33,6 +33,7 @@ from commands import (
     verify,
     worker,
 )
+from commands.programs_1995 import detect, match, ndlt, pix2mm, sim3d, spaco, v2stereo
 from spinewatch.errors import SpinewatchError
 
 
@@ -81,6 +82,13 @@ cli.command("backup")(backup.backup)
 cli.command("verify")(verify.verify)
 cli.command("restore")(restore.restore)
 cli.command("purge")(purge.purge)
+cli.command("pix2mm")(pix2mm.pix2mm)
+cli.command("ndlt")(ndlt.ndlt)
+cli.command("v2stereo")(v2stereo.v2stereo)
+cli.command("sim3d")(sim3d.sim3d)
+cli.command("detect")(detect.detect)
+cli.command("match")(match.match)
+cli.command("spaco")(spaco.spaco)
 cli.add_typer(field.cli, name="field")
 cli.add_typer(db.cli, name="db")
 cli.add_typer(audit.cli, name="audit")

@@ -64,6 +64,29 @@ def build(
     typer.echo(f"{out}: version {version}, {sum(len(view.centres_px) for view in views)} balls")
 
 
+@cli.command("build-1995")
+def build_1995(
+    folders: Annotated[list[Path], typer.Argument(help="Folders with left.png, right.png and truth.json.")],
+    rig: Annotated[Path, typer.Option(help="Rig JSON of the cameras that took the images.")],
+    out: Annotated[Path, typer.Option(help="File to write.")],
+) -> None:
+    """Build the template trees of the published detector: six gray and four edge classes of raw averages."""
+    from commands.shared.rig import read_rig  # noqa: PLC0415
+    from commands.shared.template_report import print_proximities  # noqa: PLC0415
+    from spinewatch.imaging.frame import SIDES  # noqa: PLC0415
+    from spinewatch.pipeline import Parameters  # noqa: PLC0415
+    from spinewatch.thesis_1995.template_trees import TreeParameters, build_trees, write_trees  # noqa: PLC0415
+
+    cameras = read_rig(rig)
+    diameter_mm = Parameters().ball_diameter_mm
+    trees = build_trees(
+        [_view(folder, side, cameras, diameter_mm) for folder in folders for side in SIDES], TreeParameters()
+    )
+    write_bytes(out, write_trees(trees))
+    print_proximities({str(space): tree for space, tree in trees.trees.items()})
+    typer.echo(f"{out}: template trees of 1995")
+
+
 def _view(folder: Path, side: Side, rig: Rig, diameter_mm: float) -> AnnotatedView:
     """Return an image of a folder and its clearly visible balls."""
     import numpy as np  # noqa: PLC0415

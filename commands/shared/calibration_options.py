@@ -12,7 +12,7 @@ def parse_sensor(image_size: str | None, pixel_size: str | None) -> Sensor:
     """Return the sensor given by --image-size and --pixel-size, by default with the cart's pixels."""
     if image_size is None:
         raise ParameterError("give --image-size, like 568x416: the points do not contain it")
-    width, height = _two_numbers(image_size, "x", "--image-size")
+    width, height = two_numbers(image_size, "x", "--image-size")
     size = (int(width), int(height))
     pixel_mm = parse_pixel_size(pixel_size)
     return Sensor.of_cart(size) if pixel_mm is None else Sensor(size, pixel_mm)
@@ -20,7 +20,7 @@ def parse_sensor(image_size: str | None, pixel_size: str | None) -> Sensor:
 
 def parse_pixel_size(pixel_size: str | None) -> tuple[float, float] | None:
     """Return the width and height of a pixel given by --pixel-size, mm, or None without the option."""
-    return None if pixel_size is None else _two_numbers(pixel_size, ",", "--pixel-size")
+    return None if pixel_size is None else two_numbers(pixel_size, ",", "--pixel-size")
 
 
 def parse_solve_options(free: str | None, fix: str | None, estimate_aspect: bool) -> SolveParameters:
@@ -30,15 +30,8 @@ def parse_solve_options(free: str | None, fix: str | None, estimate_aspect: bool
     return solve_parameters(names, fixed, estimate_aspect)
 
 
-def _fixed_parameter(text: str) -> tuple[str, float]:
-    name, _, value = text.partition("=")
-    try:
-        return name.strip(), float(value)
-    except ValueError as error:
-        raise ParameterError(f"--fix {text!r} is not NAME=NUMBER, like x0=0") from error
-
-
-def _two_numbers(text: str, separator: str, option: str) -> tuple[float, float]:
+def two_numbers(text: str, separator: str, option: str) -> tuple[float, float]:
+    """Return the two positive numbers of an option."""
     try:
         a, b = (float(part) for part in text.lower().split(separator))
     except ValueError as error:
@@ -46,3 +39,11 @@ def _two_numbers(text: str, separator: str, option: str) -> tuple[float, float]:
     if not (a > 0 and b > 0):
         raise ParameterError(f"{option} {text!r} must be positive")
     return a, b
+
+
+def _fixed_parameter(text: str) -> tuple[str, float]:
+    name, _, value = text.partition("=")
+    try:
+        return name.strip(), float(value)
+    except ValueError as error:
+        raise ParameterError(f"--fix {text!r} is not NAME=NUMBER, like x0=0") from error

@@ -12,7 +12,7 @@ from rich.table import Table
 if TYPE_CHECKING:
     from spinewatch.detection.candidates.property_spaces import PropertySpace
     from spinewatch.detection.candidates.template_building import BuiltSet
-    from spinewatch.detection.candidates.templates import TemplateSet
+    from spinewatch.detection.candidates.templates import TemplateSet, TemplateTree
 
 _LOG_WIDTH = 100
 
@@ -20,7 +20,12 @@ _LOG_WIDTH = 100
 def print_built_set(built: BuiltSet) -> None:
     """Print the number of classes with the silhouettes behind it, and the proximities of each tree's templates."""
     _print(_classes(built.templates, built.silhouettes))
-    for table in _proximities(built.templates):
+    print_proximities({f"{side} {space}": tree for (side, space), tree in built.templates.trees.items()})
+
+
+def print_proximities(trees: Mapping[str, TemplateTree]) -> None:
+    """Print the proximities of the templates of each tree."""
+    for table in _proximities(trees):
         _print(table)
 
 
@@ -37,17 +42,17 @@ def _classes(templates: TemplateSet, silhouettes: Mapping[PropertySpace, Mapping
     return table
 
 
-def _proximities(templates: TemplateSet) -> Sequence[Table]:
+def _proximities(trees: Mapping[str, TemplateTree]) -> Sequence[Table]:
     from spinewatch.detection.candidates.template_samples import tree_proximities  # noqa: PLC0415
 
     tables = []
-    for (side, space), tree in templates.trees.items():
+    for name, tree in trees.items():
         matrix = tree_proximities(tree)
         names = ["root", *(str(k) for k in range(1, len(matrix)))]
-        table = _table(f"Proximity of {side} {space} templates", ["", *names, "row mean"])
-        for i, (name, row) in enumerate(zip(names, matrix, strict=True)):
+        table = _table(f"Proximity of {name} templates", ["", *names, "row mean"])
+        for i, (label, row) in enumerate(zip(names, matrix, strict=True)):
             cells = ["" if j < i else f"{value:.3f}" for j, value in enumerate(row)]
-            table.add_row(name, *cells, f"{row.mean():.3f}")
+            table.add_row(label, *cells, f"{row.mean():.3f}")
         tables.append(table)
     return tables
 

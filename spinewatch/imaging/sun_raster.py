@@ -1,6 +1,6 @@
-"""Sun rasters with run lengths whose rows have an odd number of bytes.
+"""Sun rasters: written, and those read whose run lengths cover rows of an odd number of bytes.
 
-Sun pads rows to 16 bits before it packs them; Pillow does not expect the padding and shears the image.
+Sun pads rows to 16 bits before it packs them; Pillow does not expect the padding and shears the image. It writes none.
 """
 
 from __future__ import annotations
@@ -12,9 +12,40 @@ import numpy as np
 from spinewatch.arrays import Pixels
 
 _HEADER = struct.Struct(">8I")
+_MAGIC = 0x59A66A95
+_STANDARD = 1
+_RGB_MAP = 1
 _RUN_LENGTHS = 2
 _ESCAPE = 0x80
 _LUMA_BGR = (0.114, 0.587, 0.299)
+
+
+def encode_sun_raster(image: Pixels) -> bytes:
+    """Return a gray image as a Sun raster without compression.
+
+    Parameters
+    ----------
+    image
+        Gray levels of 8 bits, shape (H, W).
+
+    Returns
+    -------
+    bytes
+        Contents of a Sun raster file with a gray colour map, without which some programs show it black.
+
+    Examples
+    --------
+    >>> from spinewatch.imaging.decoding import decode_image
+    >>> decode_image(encode_sun_raster(np.array([[1, 2, 3], [4, 5, 6]], np.uint8)))
+    array([[1, 2, 3],
+           [4, 5, 6]], dtype=uint8)
+    """
+    height, width = image.shape
+    rows = np.zeros((height, width + width % 2), np.uint8)
+    rows[:, :width] = image
+    colour_map = np.tile(np.arange(256, dtype=np.uint8), 3).tobytes()
+    header = _HEADER.pack(_MAGIC, width, height, 8, rows.size, _STANDARD, _RGB_MAP, len(colour_map))
+    return header + colour_map + rows.tobytes()
 
 
 def has_padded_runs(data: bytes) -> bool:

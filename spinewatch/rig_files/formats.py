@@ -120,7 +120,7 @@ def parse_rig_files(
             texts[""], name, pixel_size_mm[0], extrinsics=texts.get(EXTRINSICS), image_size_px=image_size_px
         )
     else:
-        rig = parse_1995(texts[""], name, size, pixel_size_mm)
+        rig, fit_error_px = parse_1995(texts[""], name, size, pixel_size_mm)
     _check_fit(fit_error_px, rig_format)
     return RigFileContent(rig_from_dict(rig_to_dict(rig)), fit_error_px, warnings)
 
@@ -158,7 +158,9 @@ def format_rig_files(rig: Rig, rig_format: RigFormat) -> tuple[dict[str, str], f
         _check_fit(fit_error_px, rig_format)
         return {"": text}, fit_error_px
     if rig_format == "1995":
-        return {"": format_1995(rig)}, 0.0
+        text, fit_error_px = format_1995(rig)
+        _check_fit(fit_error_px, rig_format)
+        return {"": text}, fit_error_px
     return {"": json.dumps(rig_to_dict(rig), indent=2) + "\n"}, 0.0
 
 

@@ -2,7 +2,8 @@
 
     LEFT   X0 Y0 Z0  omega phi kappa  f x0 y0  K1 K2 P1 P2
 
-Lengths are mm. Lines that start with # are comments. The file does not describe the sensor.
+Lengths are mm. Lines that start with # are comments. The file does not describe the sensor. Its distortion is about the
+origin of the plate (`plate_origin`).
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from collections.abc import Callable, Mapping
 from spinewatch.camera import Camera, Rig
 from spinewatch.errors import ParameterError, RigError
 from spinewatch.geometry.angles import degrees_from_dms, dms_from_degrees
+from spinewatch.rig_files.plate_origin import about_plate_origin, about_principal_point
 from spinewatch.rig_plausibility import SIDES, is_parallel, sees_common_field, with_angles
 
 _NAMES = ("X0", "Y0", "Z0", "omega", "phi", "kappa", "f", "x0", "y0", "K1", "K2", "P1", "P2")
@@ -23,7 +25,7 @@ def parse_1995(
     name: str,
     image_size_px: tuple[int, int] = (568, 416),
     pixel_size_mm: tuple[float, float] = (0.01, 0.00845),
-) -> Rig:
+) -> tuple[Rig, float]:
     """Return the rig of a 1995 parameter file.
 
     Parameters
@@ -39,8 +41,10 @@ def parse_1995(
 
     Returns
     -------
-    Rig
-        The rig.
+    rig : Rig
+        The rig, with its distortion about the principal point.
+    fit_error_px : float
+        Maximum error of the converted distortion over the image, px.
 
     Raises
     ------
@@ -69,10 +73,11 @@ def parse_1995(
         raise RigError(missing[0], "is missing; a rig has a LEFT and a RIGHT line")
     rig = Rig(name, cameras["left"], cameras["right"])
     _check_packing(rig)
-    return rig
+    left, right = about_principal_point(rig.left), about_principal_point(rig.right)
+    return Rig(name, left.camera, right.camera), max(left.fit_error_px, right.fit_error_px)
 
 
-def format_1995(rig: Rig) -> str:
+def format_1995(rig: Rig) -> tuple[str, float]:
     """Return the text of a 1995 parameter file.
 
     Parameters
@@ -82,17 +87,21 @@ def format_1995(rig: Rig) -> str:
 
     Returns
     -------
-    str
-        Text of the file; angles are rounded to some 3e-11 degrees, other numbers are exact.
+    text : str
+        Text of the file; angles are rounded to some 3e-11 degrees.
+    fit_error_px : float
+        Maximum error of the converted distortion over the image, px.
 
     Examples
     --------
     >>> from spinewatch.simulation.rigs import large_rig
-    >>> print(format_1995(large_rig())[:58])
+    >>> print(format_1995(large_rig())[0][:58])
     # X0 Y0 Z0 omega phi kappa f x0 y0 K1 K2 P1 P2  (mm, DDDMM
     """
     header = "# " + " ".join(_NAMES) + "  (mm, DDDMMSS.s)"
-    return "\n".join([header, _line("LEFT", rig.left), _line("RIGHT", rig.right)]) + "\n"
+    left, right = about_plate_origin(rig.left), about_plate_origin(rig.right)
+    lines = [header, _line("LEFT", left.camera), _line("RIGHT", right.camera)]
+    return "\n".join(lines) + "\n", max(left.fit_error_px, right.fit_error_px)
 
 
 def _camera(side: str, words: list[str], size: tuple[int, int], pixel: tuple[float, float]) -> Camera:

@@ -53,51 +53,6 @@ def peaks(space: Floating, max_peaks: int, radius_px: int, min_score: float) -> 
     return np.stack([u + du, v + dv], axis=1), centre
 
 
-def threshold_components(space: Floating, n_pixels: int) -> tuple[Floating, Floating]:
-    """Return the 8-connected components of the best pixels of a feature space, best first.
-
-    Parameters
-    ----------
-    space
-        Feature space, shape (H, W).
-    n_pixels
-        Number of best pixels that form the components.
-
-    Returns
-    -------
-    xy_px : Floating
-        Centroids (u, v) weighted by value, shape (n, 2), px.
-    score : Floating
-        Greatest value of each component, shape (n,).
-
-    References
-    ----------
-    Thesis eq. 4.20 to 4.22.
-
-    Examples
-    --------
-    >>> space = np.zeros((4, 6), np.float32)
-    >>> space[1, 1:3], space[3, 5] = (0.6, 0.2), 0.4
-    >>> threshold_components(space, 3)[0].round(3)
-    array([[1.25, 1.  ],
-           [5.  , 3.  ]])
-    """
-    level = np.partition(space.ravel(), -min(n_pixels, space.size))[-min(n_pixels, space.size)]
-    best = (space >= max(level, np.finfo(np.float32).tiny)).astype(np.uint8)
-    count, labels = cv2.connectedComponents(best, connectivity=8)
-    if count <= 1:
-        return np.empty((0, 2)), np.empty(0)
-    v, u = np.nonzero(best)
-    component, weight = labels[v, u] - 1, space[v, u].astype(np.float64)
-    total = np.bincount(component, weight)
-    sums = [np.bincount(component, weight * u), np.bincount(component, weight * v)]
-    xy = np.stack([sums[0] / total, sums[1] / total], axis=1)
-    score = np.zeros(count - 1)
-    np.maximum.at(score, component, weight)
-    order = np.argsort(-score, kind="stable")
-    return xy[order], score[order]
-
-
 def _vertex(before: Floating, centre: Floating, after: Floating) -> Floating:
     """Return the positions (n,) of the vertices of parabolas through values at -1, 0 and 1, within half a pixel."""
     curvature = before + after - 2 * centre

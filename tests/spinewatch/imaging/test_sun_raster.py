@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from spinewatch.errors import ImageError
 from spinewatch.imaging.decoding import decode_image
-from spinewatch.imaging.sun_raster import decode_padded_runs, has_padded_runs
+from spinewatch.imaging.sun_raster import decode_padded_runs, encode_sun_raster, has_padded_runs
 
 RNG = np.random.default_rng(5)
 GRAY = np.repeat(RNG.choice(np.array([0, 7, 128, 129, 255], np.uint8), (12, 11)), 3, axis=1)
@@ -87,3 +87,9 @@ def test_other_depths_are_refused() -> None:
     data[12:16] = struct.pack(">I", 1)
     with pytest.raises(ValueError, match="bits"):
         decode_padded_runs(bytes(data))
+
+
+@pytest.mark.parametrize("width", [1, 8, 11])
+def test_a_written_raster_is_read_back(width: int) -> None:
+    image = RNG.integers(0, 256, (5, width)).astype(np.uint8)
+    assert np.array_equal(decode_image(encode_sun_raster(image)), image)

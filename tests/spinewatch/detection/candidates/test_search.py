@@ -21,7 +21,6 @@ from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.exposure import Exposure
 from spinewatch.imaging.frame import SIDES, Frame, Side
 from spinewatch.rig_files.rig_json import parse_rig
-from spinewatch.thesis_1995.detection import THESIS_1995
 from tests.paths import SAMPLES
 
 D1 = SAMPLES / "D1"
@@ -81,12 +80,9 @@ def test_detection_is_reproducible_to_the_bit() -> None:
         hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=40),
     ),
     st.sampled_from(["left", "right"]),
-    st.sampled_from([DetectionParameters(), THESIS_1995]),
 )
-def test_any_image_gives_finite_features_or_none_with_a_flag(
-    image: NDArray[Any], side: Side, parameters: DetectionParameters
-) -> None:
-    found = detect(Frame(image, side), BALL, parameters)
+def test_any_image_gives_finite_features_or_none_with_a_flag(image: NDArray[Any], side: Side) -> None:
+    found = detect(Frame(image, side), BALL, DetectionParameters())
     assert np.isfinite(found.features.xy_px).all()
     assert np.isfinite(found.features.score).all()
     assert len(found.features) or found.flags

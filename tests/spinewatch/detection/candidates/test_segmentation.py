@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from spinewatch.detection.candidates.segmentation import peaks, threshold_components
+from spinewatch.detection.candidates.segmentation import peaks
 
 
 def bumps(*centres: tuple[float, float, float]) -> NDArray[np.float32]:
@@ -29,15 +29,6 @@ def test_only_the_best_peaks_are_returned_in_order() -> None:
     assert score[0] > score[1]
 
 
-def test_components_of_the_best_pixels_have_weighted_centroids() -> None:
-    space = np.zeros((9, 9), dtype=np.float32)
-    space[2, 2], space[2, 3], space[3, 4], space[7, 7], space[0, 8] = 0.8, 0.4, 0.4, 0.6, 0.1
-    xy, score = threshold_components(space, n_pixels=4)
-    assert xy == pytest.approx(np.array([[2.75, 2.25], [7, 7]]))
-    assert score == pytest.approx([0.8, 0.6])
-
-
 def test_an_empty_space_has_no_features() -> None:
     space = np.zeros((9, 9), dtype=np.float32)
-    assert len(threshold_components(space, 10)[0]) == 0
     assert len(peaks(space, 10, 2, 0.1)[0]) == 0

@@ -1,0 +1,1 @@
+"""Tables and figures of the thesis beside ours, and where and why they differ."""
