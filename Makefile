@@ -3,6 +3,7 @@
 # make test-postgres   the same on PostgreSQL and Redis, where both are installed
 # make check  lint, format, types, import contracts, OpenAPI contract, docstrings, tests that mirror modules, generated pages
 # make bench  accuracy on the sample scenes and speed                    (SCENES=dir for other scenes)
+# make web    build the page of web/ into service/dashboard; needs Node 20 or newer
 # make clean  remove the environment and caches; the database in var/ stays
 
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
@@ -13,7 +14,7 @@ SOURCES := spinewatch contract exports reports settings store workers service co
 SCENES ?= samples
 ARGS ?=
 
-.PHONY: help run test test-postgres check bench clean
+.PHONY: help run test test-postgres check bench web clean
 
 help:
 	@sed -n "s/^# //p" Makefile
@@ -39,7 +40,11 @@ bench: .venv/.runtime
 	$(BIN)/python -m bench.scenes $(SCENES) --check
 	$(BIN)/python -m bench.speed --check
 
+web: web/node_modules/.package-lock.json
+	cd web && npm run --silent types && npm run --silent check && npm run --silent build
+
 clean:
+	rm -rf web/node_modules web/src/api/schema.ts
 	rm -rf .venv .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache build *.egg-info
 	find $(SOURCES) -name __pycache__ -prune -exec rm -rf {} +
 
@@ -58,4 +63,10 @@ $(BIN)/python:
 .venv/.dev: requirements-dev.lock .venv/.runtime
 	@echo "Installing what the tests need into .venv ..."
 	@$(PIP) install --require-hashes --requirement requirements-dev.lock
+	@touch $@
+
+web/node_modules/.package-lock.json: web/package.json web/package-lock.json web/.npmrc
+	@command -v npm >/dev/null || { echo "the page is built by npm; install Node 20 or newer (Debian: apt install npm)" >&2; exit 1; }
+	@echo "Installing what the page is built with into web/node_modules ..."
+	@cd web && npm ci --silent
 	@touch $@

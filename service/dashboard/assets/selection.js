@@ -1,0 +1,1 @@
+import{W as e}from"./index.js";var t=e(null);export{t};

@@ -1,0 +1,3 @@
+/** Pages of calibrations. */
+export { CalibrationPage } from "./calibration-page";
+export { CalibrationsPage } from "./calibrations-page";

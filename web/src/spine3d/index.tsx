@@ -1,0 +1,2 @@
+/** The spine in three dimensions. */
+export { SpinePanel } from "./spine-panel";
