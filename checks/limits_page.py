@@ -52,10 +52,12 @@ _REQUESTS = _of(
     MAX_JSON_VALUES="values of a JSON document: objects, arrays, texts and numbers; 422",
     MAX_JSON_DEPTH="levels of a JSON document; 422",
     MAX_JSON_DIGITS="characters of one number in JSON; 422",
+    MAX_TEXT_PART_BYTES="bytes of a part of a form that is no file; 400",
     MAX_ERRORS="entries in `errors` of one problem",
     MIN_BODY_RATE="bytes per second of a body that extend its time by one second; 408",
 )
 _FURTHER = [
+    *_of("service.plan_query", MAX_VERTEBRAE="vertebrae of a plan; 422"),
     *_of(
         "service.connection",
         _MIN_READ_RATE="bytes per second that a client reads at least, or it is disconnected",
@@ -73,7 +75,19 @@ _FURTHER = [
         _MAX_ROWS="rows of a spine as CSV; 422",
         _MAX_BYTES="bytes of a spine as CSV; 422",
     ),
-    *_of("contract.revision", MAX_EDITS="edits of one revision of a stage; 422"),
+    *_of(
+        "service.radiograph_process",
+        MAX_CPU_SECONDS="CPU time of the process that decodes a radiograph, s; 422",
+        MAX_MEMORY_BYTES="address space of that process, bytes; 422",
+        MAX_SECONDS="time of that process, s; 503",
+        _MAX_LOGGED="bytes of what that process says when it breaks that are logged",
+    ),
+    *_of("contract.revision", MAX_EDITS="edits of one kind in a revision of a stage; 422"),
+    *_of(
+        "contract.explanation",
+        MAX_POINTS="points that an explanation lists; the others are counted",
+        MAX_TRIADS="candidate triads that an explanation lists; the others are counted",
+    ),
     *_of("service.routes.changes", MAX_NUMBER="largest number of a change; 422"),
 ]
 _IMAGES = [

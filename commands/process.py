@@ -43,17 +43,25 @@ def process(  # noqa: PLR0913, PLR0917 - one argument per option
     out: Annotated[
         Path | None, typer.Option(help="File to write the JSON to.", show_default="standard output")
     ] = None,
+    explain: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Folder for images of each step and the candidates with what rejected them."
+        ),
+    ] = None,
 ) -> None:
     """Measure one stereo pair: features, labelled triads, flags and timings as JSON."""
     extra = parse_extra_levels(extra_levels)
     names = parse_labels(labels, triads, extra)
     from commands.shared.pair import measure_pair  # noqa: PLC0415 - loads OpenCV and SciPy, which --help does not need
+    from spinewatch.pipeline import StageRequest  # noqa: PLC0415 - as above
 
     with warnings.catch_warnings():
         warnings.simplefilter(
             "ignore"
         )  # decoders warn on stderr, which is reserved for the one line of an error
-        document = measure_pair(left, right, rig, names, spine_axis, len(names) or triads, templates, extra)
+        request = StageRequest(names, spine_axis, len(names) or triads, extra_levels=extra)
+        document = measure_pair(left, right, rig, request, templates, explain)
     text = json.dumps(document, indent=2) + "\n"
     if out is None:
         sys.stdout.write(text)

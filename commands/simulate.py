@@ -46,7 +46,7 @@ def simulate(  # noqa: PLR0913, PLR0917 - one argument per option
     import numpy as np  # noqa: PLC0415 - --help does not need it
 
     from commands.shared.rig import read_rig  # noqa: PLC0415
-    from contract.stage import FeaturePair  # noqa: PLC0415
+    from contract.features import FeaturePair  # noqa: PLC0415
     from spinewatch.rig_files.rig_json import rig_to_dict  # noqa: PLC0415
     from spinewatch.simulation.observations import FeatureNoise  # noqa: PLC0415
     from spinewatch.simulation.scenes import (  # noqa: PLC0415

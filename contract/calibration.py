@@ -52,6 +52,14 @@ class CameraQuality(Part):
 
     free: Annotated[list[str], Field(description="Adjusted parameters: X0, Y0, Z0, omega, phi, kappa, f ...")]
     sd: Annotated[dict[str, Known], Field(description="Their standard deviations, in the units of the rig.")]
+    sd_limits: Annotated[
+        dict[str, Known],
+        Field(
+            default_factory=dict,
+            description="Standard deviations above which an interior parameter counts as not determined, in the same"
+            " units; empty in reports of earlier versions.",
+        ),
+    ]
     image_rms_px: Annotated[Known, Field(description="RMS of image residuals per coordinate, px.")]
     points: Annotated[int, Field(description="Number of image points in all shots used.")]
 
@@ -147,6 +155,9 @@ class ShotQuality(ControlAccuracy):
 class CalibrationShot(ShotQuality):
     """One shot: its images, the points found, and how accurately they are reconstructed."""
 
+    number: Annotated[
+        int, Field(description="Its number among those sent, from 1, as in the path of its images.")
+    ]
     images: Annotated[ImagePair, Field(description="The two images.")]
 
 
@@ -167,6 +178,29 @@ class Disparity(Part):
     v_bounds_px: Annotated[Vector2, Field(description="Smallest and largest offset in v, px.")]
     mean_px: Annotated[list[Vector2], Plain, Field(description="Mean offset by height.")]
     sd_px: Annotated[list[Vector2], Plain, Field(description="Its standard deviation over the field.")]
+
+
+class FitLimits(Part):
+    """What the calibration was compared with."""
+
+    rms_px: Annotated[float, Field(description="Image RMS above which it is flagged, px.")]
+    baseline_sd_mm: Annotated[
+        Vector2,
+        Field(description="Standard deviation of the baseline above which it is flagged, and refused, mm."),
+    ]
+    reconstruction_mm: Annotated[
+        Vector2,
+        Field(
+            description="RMS error of the control points per coordinate above which it is flagged, and refused, mm."
+        ),
+    ]
+    reference_sd_mm: Annotated[
+        Vector3,
+        Field(
+            description="Standard deviations in X, Y, Z of the control points of the thesis (Table 3.4), mm."
+            " Nothing is flagged by them."
+        ),
+    ]
 
 
 class RemovedPoint(Part):
@@ -196,7 +230,17 @@ class CalibrationQuality(Part, Generic[Shot]):
         Field(alias="correlations_above_0.9", description="Unknowns with a correlation above 0.9."),
     ]
     geometry: Annotated[StereoGeometry, Field(description="Relative orientation of the cameras.")]
-    shots: Annotated[list[Shot], Field(description="Every shot, in the order in which they were sent.")]
+    limits: Annotated[
+        FitLimits | None,
+        Field(description="Limits of the calibration; null in reports of earlier versions."),
+    ] = None
+    shots: Annotated[
+        list[Shot],
+        Field(
+            description="The shots in the order in which they were sent; without those that repeat an earlier one,"
+            " which are flagged."
+        ),
+    ]
     leave_one_out: Annotated[
         ControlAccuracy | None,
         Field(description="Each point reconstructed by the rig without it; null when undetermined."),
@@ -224,6 +268,19 @@ class CalibrationReport(CalibrationQuality[CalibrationShot]):
     version: Annotated[str, Field(description="Version of Spinewatch that made it.")]
 
 
+class CalibrationBrief(Schema):
+    """What a list shows of the quality of a calibration made from images."""
+
+    leave_one_out_sd_mm: Annotated[
+        Known3 | None,
+        Field(
+            description="Standard deviations in X, Y, Z of points reconstructed by the rig without them, mm; null when"
+            " undetermined."
+        ),
+    ]
+    flags: Annotated[list[Flag], Field(description="Doubts about the calibration.")]
+
+
 class Calibration(Schema):
     """A stored calibration."""
 
@@ -235,6 +292,9 @@ class Calibration(Schema):
     ]
     created_at: Timestamp
     has_report: Annotated[bool, Field(description="Whether it was made from images here.")]
+    brief: Annotated[
+        CalibrationBrief | None, Field(description="Its quality; null unless it was made from images here.")
+    ]
 
 
 class CalibrationDetail(Calibration):

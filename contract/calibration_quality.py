@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+
 import numpy as np
 
 from contract.calibration import (
@@ -12,6 +14,7 @@ from contract.calibration import (
     ControlField,
     Correlation,
     Disparity,
+    FitLimits,
     ImagePoint,
     ImagePointPair,
     RemovedPoint,
@@ -22,10 +25,12 @@ from contract.calibration import (
 from contract.flag import Flag
 from contract.rig import Rig
 from spinewatch.calibration import from_images
-from spinewatch.calibration.points import ImagePoints, Shot
-from spinewatch.calibration.quality.accuracy import common_points
+from spinewatch.calibration.plausibility import PlausibilityParameters, fit_limits
+from spinewatch.calibration.points import ImagePoints, Sensor, Shot
+from spinewatch.calibration.quality.accuracy import TABLE_3_4_SD_MM, common_points
 from spinewatch.calibration.quality.size_accuracy import size_accuracy
 from spinewatch.calibration.solve.bundle import rms
+from spinewatch.calibration.solve.determinability import DeterminabilityParameters
 from spinewatch.errors import ParameterError
 from spinewatch.imaging.frame import SIDES
 from spinewatch.planning.disparity import disparity_grid
@@ -57,6 +62,7 @@ def calibration_result(result: from_images.CalibrationResult, version: str) -> C
             "cameras": CameraQualityPair(left=_camera(result, "left"), right=_camera(result, "right")),
             "correlations_above_0.9": _correlations(result),
             "geometry": StereoGeometry.model_validate(result.geometry),
+            "limits": _limits(result),
             "shots": _shots(result),
             "leave_one_out": None
             if result.leave_one_out is None
@@ -72,12 +78,21 @@ def calibration_result(result: from_images.CalibrationResult, version: str) -> C
 
 def _camera(result: from_images.CalibrationResult, side: str) -> CameraQuality:
     calibration = result.calibration
+    free, camera = calibration.free[side], getattr(calibration.rig, side)
+    limits = DeterminabilityParameters().max_sd(Sensor.of_camera(camera), camera.focal_length_mm)
     return CameraQuality(
-        free=list(calibration.free[side]),
+        free=list(free),
         sd=dict(calibration.sd[side]),
+        sd_limits={name: limit for name, limit in limits.items() if name in free},
         image_rms_px=calibration.rms_px[side],
         points=sum(len(getattr(shot, side)) for shot in calibration.without_blunders()),
     )
+
+
+def _limits(result: from_images.CalibrationResult) -> FitLimits:
+    calibration = result.calibration
+    limits = fit_limits(calibration.rig, calibration.without_blunders(), PlausibilityParameters())
+    return FitLimits(**asdict(limits), reference_sd_mm=list(TABLE_3_4_SD_MM))
 
 
 def _correlations(result: from_images.CalibrationResult) -> list[Correlation]:

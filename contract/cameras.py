@@ -94,6 +94,7 @@ def _quality(result: CalibratedCameras, c: int, name: str) -> CameraQuality:
     return CameraQuality(
         free=list(adjustment.block.free[c]),
         sd=dict(result.sd(name)),
+        sd_limits={},
         image_rms_px=adjustment.camera_rms_px(c),
         points=sum(len(r) for (camera, _), r in adjustment.residuals_px.items() if camera == c),
     )

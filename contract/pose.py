@@ -46,6 +46,13 @@ class PoseFields(Schema):
         return Pose(np.array(self.position_mm), np.array(self.rotation), np.array(self.covariance))
 
 
+class FrameTransform(Schema):
+    """The rigid transform ``x -> R x + t`` from one coordinate system to another."""
+
+    rotation: Annotated[Matrix3, Field(description="R, the rotation matrix.")]
+    translation_mm: Annotated[Vector3, Field(description="t, mm.")]
+
+
 def pose_fields(pose: spinewatch.triads.pose.Pose | None, reason: str | None) -> dict[str, Any]:
     """Return the values of the fields of a ``PoseFields``, null without a pose."""
     names = PoseFields.model_fields.keys() - {"reason"}

@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field
 
 from contract.base import Identifier, Known, Known3, Matrix3, Schema, StageName, Vertebra, plain
 from contract.flag import Flag
-from contract.pose import PoseFields, pose_fields
+from contract.pose import FrameTransform, PoseFields, pose_fields
 from contract.stage_reference import StageReference
 from spinewatch.spine.configuration import InitialKind, Origin
 from spinewatch.spine.definitions import DEFINITIONS
@@ -279,6 +279,13 @@ class StageSpine(Schema):
             examples=["patient axes at stage PRE, fixed to L1; origin at its centroid at PRE"],
         ),
     ]
+    object_to_spine: Annotated[
+        FrameTransform | None,
+        Field(
+            description="From object space of this stage, which its triads are in, to the frame of the spine; null in"
+            " results of earlier versions."
+        ),
+    ] = None
     reference_vertebra: Annotated[Vertebra, Field(description="The vertebra that the frame is fixed to.")]
     reference_line: Annotated[str, Field(description="The line that lateral translations are measured from.")]
     initial: Annotated[InitialKind, Field(description="How the initial configuration became known.")]
@@ -322,6 +329,7 @@ class StageSpine(Schema):
         return cls(
             frame=spine_frame(baseline.name, reference_vertebra),
             reference_vertebra=reference_vertebra,
+            object_to_spine=FrameTransform.model_validate(assessment.object_to_spine),
             reference_line=f"line along the patient's z axis through the centroid of {reference_vertebra} at"
             f" {baseline.name}",
             initial=kind,

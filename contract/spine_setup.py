@@ -228,7 +228,17 @@ class StoredRebaseline(NewRebaseline):
     created_at: Timestamp
 
 
+class SetupRevision(StoredSpineSetup):
+    """A setup in the list of all revisions, with who stored it."""
+
+    actor: Annotated[
+        str | None,
+        Field(description="Prefix and name of the key that stored it; null where no event says so."),
+    ]
+
+
 StoredSpineSetup.model_rebuild()
+SetupRevision.model_rebuild()
 
 
 def patient_axes(axes: PatientAxes) -> Float:

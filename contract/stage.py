@@ -5,82 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
-from annotated_types import Len
 from pydantic import Field
 from pydantic_core import to_jsonable_python
 
-from contract.base import Identifier, Number, Schema, StageName, Timestamp, Vector2, Vector3
+from contract.base import Identifier, Number, Schema, StageName, Timestamp, Vector3
 from contract.burst import Burst, LabelSource
+from contract.features import ExposurePair, FeaturePair, FieldPair
 from contract.flag import Flag
 from contract.image import ImagePair
 from contract.job import Job, JobState
-from contract.revision import Revision
+from contract.revision import RemovedTriad, Revision
 from contract.triad import Triad
 
 if TYPE_CHECKING:
-    import spinewatch.detection.features
     import spinewatch.matching.rig_check
     import spinewatch.pipeline
-
-
-class Feature(Schema):
-    """A possible ball centre."""
-
-    x: Annotated[float, Field(description="u to the right, px; 0 is the centre of the first pixel.")]
-    y: Annotated[float, Field(description="v downwards, px.")]
-    score: Annotated[float, Field(description="Similarity to a ball, 0 to 1.")]
-    sd_px: Annotated[Vector2, Field(description="Standard deviations along u and v, px.")]
-    visible_fraction: Annotated[
-        float | None,
-        Field(description="Visible fraction of the outline if it is a ball, 0 to 1; null if not estimated."),
-    ] = None
-
-    @classmethod
-    def of(cls, features: spinewatch.detection.features.Features) -> list[Feature]:
-        """Return the contract models of the library's features, in their order."""
-        deviations = np.sqrt(np.diagonal(features.covariance_px2, axis1=-2, axis2=-1))
-        visible = [None] * len(features) if features.visible is None else features.visible.tolist()
-        rows = zip(features.xy_px.tolist(), features.score.tolist(), deviations, visible, strict=True)
-        return [
-            cls(x=x, y=y, score=score, sd_px=sd, visible_fraction=fraction)
-            for (x, y), score, sd, fraction in rows
-        ]
-
-
-class FeaturePair(Schema):
-    """Features of both images, best score first."""
-
-    left: Annotated[list[Feature], Field(description="Features of the left image.")]
-    right: Annotated[list[Feature], Field(description="Features of the right image.")]
-
-    @classmethod
-    def of(
-        cls,
-        left: spinewatch.detection.features.Features,
-        right: spinewatch.detection.features.Features,
-    ) -> FeaturePair:
-        """Return the contract model of the features of both images."""
-        return cls(left=Feature.of(left), right=Feature.of(right))
-
-
-Box = Annotated[
-    list[int], Len(4, 4), Field(description="u0, v0, u1, v1 of the surgical field, px, ends excluded.")
-]
-
-
-class FieldPair(Schema):
-    """The surgical field in both images."""
-
-    left: Annotated[Box, Field(description="Field of the left image.")]
-    right: Annotated[Box, Field(description="Field of the right image.")]
-
-
-class ExposurePair(Schema):
-    """How both images are exposed: normal, dark, very_dark, glare or blank."""
-
-    left: Annotated[str, Field(description="Exposure of the left image.")]
-    right: Annotated[str, Field(description="Exposure of the right image.")]
 
 
 class MarkerScale(Schema):
@@ -172,6 +111,10 @@ class StageResult(Schema):
             " fields, exposure and the check of the rig are those of one pair, the first that shows them."
         ),
     ] = None
+    removed: Annotated[
+        list[RemovedTriad],
+        Field(description="Triads that persons removed in this revision and those before it."),
+    ] = Field(default_factory=list)
 
     @classmethod
     def of(
@@ -185,7 +128,7 @@ class StageResult(Schema):
         check = measurement.rig_check
         return cls(
             features=FeaturePair.of(left.features, right.features),
-            fields=FieldPair(left=_box(left.field), right=_box(right.field)),
+            fields=FieldPair.of(left.field, right.field),
             exposure=ExposurePair(left=str(left.exposure), right=str(right.exposure)),
             triads=[Triad.of(triad) for triad in measurement.triads],
             flags=Flag.of(measurement.flags),
@@ -264,18 +207,3 @@ class StageTriads(Schema):
         Revision | None,
         Field(description="What was changed of an earlier take; null for a take with images of its own."),
     ] = None
-
-
-class StageFeatures(Schema):
-    """The features of a measured stage, and where and how they were searched."""
-
-    surgery_id: Annotated[Identifier, Field(description="Identifier of the surgery.")]
-    stage: StageName
-    take: Annotated[int, Field(description="Number of the take.")]
-    fields: Annotated[FieldPair, Field(description="The surgical fields that were searched.")]
-    exposure: Annotated[ExposurePair, Field(description="How the images are exposed.")]
-    features: Annotated[FeaturePair, Field(description="Possible ball centres.")]
-
-
-def _box(field: Any) -> list[int]:
-    return [field.u0, field.v0, field.u1, field.v1]

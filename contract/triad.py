@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 from pydantic import Field
@@ -30,6 +30,9 @@ class Ball(Schema):
         Number | None,
         Field(description="Shortest distance between the two rays, mm; null for one ray."),
     ]
+    manual: Annotated[
+        list[Literal["left", "right"]], Field(description="Images in which a person placed the centre.")
+    ] = Field(default_factory=list)
 
     @classmethod
     def of(cls, ball: spinewatch.triads.pose.Ball) -> Ball:
@@ -40,12 +43,16 @@ class Ball(Schema):
             left=plain(ball.left_px),
             right=plain(ball.right_px),
             parallax_mm=ball.parallax_mm,
+            manual=list(ball.manual_in),
         )
 
 
 class _Identity(Schema):
     label: Annotated[str | None, Field(description="The vertebra; null when it is not certain.")]
     label_reason: Annotated[str | None, Field(description="Why there is no label.")]
+    label_manual: Annotated[
+        bool, Field(description="Whether a person confirmed or changed the label, or took it away.")
+    ] = False
     model: Annotated[str, Field(description="Name of the triad model.")]
 
 

@@ -9,20 +9,20 @@ from datetime import timedelta
 from importlib.metadata import version
 from uuid import uuid4
 
+from anyio import CapacityLimiter
 from fastapi import Depends, FastAPI
 from fastapi.middleware.cors import CORSMiddleware
-from fastapi.responses import RedirectResponse
 from fastapi.routing import APIRoute
 from fastapi_offline import FastAPIOffline
 
-from service import idempotency, openapi, problems
+from service import dashboard_page, idempotency, openapi, problems
 from service.access import Access
 from service.declared_routes import SCOPE_KEY, DeclaredRoutes
 from service.dependencies import problems as problem_responses
 from service.forms.calibration import MAX_SHOTS
 from service.forms.stage import MAX_PAIRS
 from service.key_use import KeyUse
-from service.limits import max_body_bytes
+from service.limits import MAX_TEXT_PART_BYTES, max_body_bytes
 from service.metrics import Metrics, RequestMetrics, server_registry
 from service.middleware.body_limit import BodyLimit
 from service.middleware.compression import Compression
@@ -50,9 +50,11 @@ from service.routes import (
     measures,
     metrics,
     motion,
+    plans,
     radiographs,
     session,
     spine,
+    stage_results,
     stages,
     summary,
     surgeries,
@@ -67,6 +69,7 @@ _ROUTES = (
     calibration_checks,
     surgeries,
     stages,
+    stage_results,
     motion,
     legacy_motion,
     radiographs,
@@ -74,6 +77,7 @@ _ROUTES = (
     measures,
     summary,
     exports,
+    plans,
     jobs,
     changes,
     events,
@@ -83,7 +87,13 @@ _ROUTES = (
     health,
     metrics,
 )
-_FORM_LIMITS = {"max_files": 2 * max(MAX_SHOTS, MAX_PAIRS) + 8, "max_fields": 2 * MAX_PAIRS + 16}
+_FORM_LIMITS = {
+    "max_files": 2 * max(MAX_SHOTS, MAX_PAIRS) + 8,
+    "max_fields": 2 * MAX_PAIRS + 16,
+    "max_part_size": MAX_TEXT_PART_BYTES,
+}
+_DECODING = 2
+"""Radiographs that are decoded at the same time, each in a process of its own."""
 _DESCRIPTION = """\
 Measures stereo pairs of triad markers: labelled triads, and the motion of the vertebrae between stages. Lengths are in
 mm, angles in degrees, times in UTC. Pixel coordinates are u to the right and v down; an integer is the centre of a
@@ -104,8 +114,9 @@ def create_app(settings: Settings) -> FastAPI:
         app.state.instance = settings.instance_id or uuid4().hex
         app.state.readiness = ReadinessChecks(app.state.database, app.state.queue, settings)
         app.state.metrics = Metrics(app.state.database, app.state.queue, settings, registry)
+        app.state.decoding = CapacityLimiter(_DECODING)
         app.state.stopping = asyncio.Event()  # set when the server stops: streams wait for it
-        app.state.watch = Watch(app.state.database, app.state.stopping)
+        app.state.watch = Watch(app.state.database, app.state.stopping, settings.stream_seconds)
         yield
         app.state.queue.close()
         app.state.database.close()
@@ -127,7 +138,7 @@ def create_app(settings: Settings) -> FastAPI:
     )
     for resource in _ROUTES:
         app.include_router(resource.router, dependencies=[Depends(require_present)])
-    app.add_api_route("/", _redirect_to_docs, include_in_schema=False)
+    dashboard_page.install(app)
     problems.install(app)
     idempotency.install(app)
     openapi.install(app)
@@ -171,7 +182,3 @@ def _limit_requests(app: FastAPI, settings: Settings, declared: DeclaredRoutes) 
 
 def _operation_id(route: APIRoute) -> str:
     return route.name
-
-
-async def _redirect_to_docs() -> RedirectResponse:
-    return RedirectResponse("/docs")

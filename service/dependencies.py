@@ -14,6 +14,7 @@ from contract.problem import Problem
 from service.access import PRINCIPAL, Principal
 from service.forms.parts import check_parts
 from service.problems import STATUS_NAMES
+from store.admissions import Admission
 from store.database import Database
 from store.queue import JobQueue
 
@@ -21,18 +22,20 @@ _MAX_NAME_LENGTH = 128
 _MAX_ADDRESS_LENGTH = 64
 _log = structlog.get_logger("service")
 
+# Those that wait for nothing are async too: any other runs in a thread, which costs more than what it does.
 
-def _database(request: Request) -> Database:
+
+async def _database(request: Request) -> Database:
     database: Database = request.app.state.database
     return database
 
 
-def _queue(request: Request) -> JobQueue:
+async def _queue(request: Request) -> JobQueue:
     queue: JobQueue = request.app.state.queue
     return queue
 
 
-def _principal(request: Request) -> Principal:
+def _principal_of(request: Request) -> Principal:
     principal: Principal | None = getattr(request.state, PRINCIPAL, None)
     if principal is None:
         raise RuntimeError(
@@ -41,11 +44,20 @@ def _principal(request: Request) -> Principal:
     return principal
 
 
-def _known(request: Request) -> bool:
+async def _principal(request: Request) -> Principal:
+    return _principal_of(request)
+
+
+async def _admission(request: Request) -> Admission:
+    principal = _principal_of(request)
+    return Admission(principal.prefix, principal.session_token)
+
+
+async def _known(request: Request) -> bool:
     return getattr(request.state, PRINCIPAL, None) is not None
 
 
-def _actor(request: Request) -> Actor:
+async def _actor(request: Request) -> Actor:
     address = "unknown" if request.client is None else request.client.host[:_MAX_ADDRESS_LENGTH]
     principal: Principal | None = getattr(request.state, PRINCIPAL, None)
     return Actor(
@@ -57,12 +69,12 @@ def _actor(request: Request) -> Actor:
     )
 
 
-def _clock_tolerance(request: Request) -> timedelta:
+async def _clock_tolerance(request: Request) -> timedelta:
     tolerance: timedelta = request.app.state.clock_tolerance
     return tolerance
 
 
-def _reference_pattern(request: Request) -> re.Pattern[str]:
+async def _reference_pattern(request: Request) -> re.Pattern[str]:
     pattern: re.Pattern[str] = request.app.state.reference_pattern
     return pattern
 
@@ -71,12 +83,13 @@ DatabaseDep = Annotated[Database, Depends(_database)]
 QueueDep = Annotated[JobQueue, Depends(_queue)]
 ActorDep = Annotated[Actor, Depends(_actor)]
 KnownDep = Annotated[bool, Depends(_known)]
+AdmissionDep = Annotated[Admission, Depends(_admission)]
 PrincipalDep = Annotated[Principal, Depends(_principal)]
 ReferencePatternDep = Annotated[re.Pattern[str], Depends(_reference_pattern)]
 ClockToleranceDep = Annotated[timedelta, Depends(_clock_tolerance)]
 
 
-def json_body(request: Request) -> None:
+async def json_body(request: Request) -> None:
     """Require a body of media type application/json."""
     _require_media_type(request, "application/json")
 
@@ -87,7 +100,7 @@ async def multipart_body(request: Request) -> None:
     await check_parts(request)
 
 
-def csv_body(request: Request) -> None:
+async def csv_body(request: Request) -> None:
     """Require a body of media type text/csv."""
     _require_media_type(request, "text/csv")
 

@@ -50,7 +50,7 @@ def require_match(if_match: str | None, current: BaseModel | None) -> None:
         raise PreconditionRequiredError(
             "there is one already; GET it, and send its ETag as If-Match so that nobody else's change is lost"
         )
-    if not _matches(if_match, tag_of(current)):
+    if not etag_matches(if_match, tag_of(current)):
         raise PreconditionFailedError("it was changed meanwhile; GET it again, and repeat the change on that")
 
 
@@ -66,7 +66,7 @@ def tagged_response(
     """Return content with a strong ETag of its bytes, or 304 if the client has it."""
     tag = _tag(content)
     all_headers = {"ETag": tag, "Cache-Control": "no-cache", **(headers or {})}
-    if _matches(if_none_match, tag):
+    if etag_matches(if_none_match, tag):
         return Response(status_code=304, headers=all_headers)
     return Response(content, media_type=media_type, headers=all_headers)
 
@@ -75,7 +75,7 @@ def _tag(content: bytes) -> str:
     return f'"{hashlib.sha256(content).hexdigest()}"'
 
 
-def _matches(if_none_match: str | None, tag: str) -> bool:
+def etag_matches(if_none_match: str | None, tag: str) -> bool:
     """Return whether a tag is in If-None-Match by weak comparison (RFC 9110, 13.1.2); no tag of ours has a comma."""
     if if_none_match is None:
         return False

@@ -2,7 +2,8 @@
 
 See draft-ietf-httpapi-idempotency-key-header. The answer is stored in the transaction of what the request changes, and
 writers take turns: of two requests with one key, also at the same time, the second one finds the answer of the first.
-Only answers of success are stored; a request that was refused may be corrected and sent again with its key.
+Only answers of success are stored; a request that was refused may be corrected and sent again with its key. While the
+job that a request submitted has not ended, the repeated request is a conflict that names the job.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from http import HTTPStatus
 from typing import Annotated, Any
 
 from fastapi import Depends, FastAPI, Header, Request, Response
@@ -19,23 +21,47 @@ from starlette.concurrency import run_in_threadpool
 from starlette.datastructures import UploadFile
 
 from contract.event import Actor
+from contract.job import FINAL_STATES, JobState
 from service.dependencies import ActorDep, DatabaseDep
+from spinewatch.errors import SpinewatchError
 from store import idempotency
 from store.clock import utc_now
 from store.database import Database
+from store.errors import ConflictError
 from store.idempotency import Answer, KeyUse
+from store.tables import Job
 
 REPLAYED = "Idempotency-Replayed"
 """Header of an answer that was given before."""
 
+_JOBS = "/v1/jobs/"
 _CHUNK_BYTES = 1024 * 1024
 _HEADER = Header(
     alias="Idempotency-Key",
     pattern=r'^("[ !#-~]{1,200}"|[!#-~]{1,200})$',
     description="A text that names this request, for example a UUID: sent again with the same key within 24 hours, the"
-    " request is not carried out again but has the same answer.",
+    " request is not carried out again but has the same answer, or 409 with the job in Location while its job has not"
+    " ended.",
     examples=['"8e03978e-40d5-43dd-bc93-6894a57f9324"'],
 )
+
+
+class JobNotEndedError(ConflictError):
+    """The request was carried out before, and the job that it submitted has not ended."""
+
+    code = "job-not-ended"
+
+    def __init__(self, job_id: str, state: JobState) -> None:
+        super().__init__(
+            f"this request was accepted before and its job is {state}; follow the job in Location"
+        )
+        self.job_id = job_id
+
+
+class IdempotencyKeyRefusedError(SpinewatchError):
+    """The answer contains a secret, which is never stored, so that it cannot be given again."""
+
+    code = "idempotency-key-refused"
 
 
 class Replay(Exception):  # noqa: N818 - no error: the request was carried out before
@@ -64,11 +90,15 @@ class Once:
 
     @contextmanager
     def write(self) -> Iterator[Session]:
-        """Open a session that writes, unless the request was carried out before: ``Replay`` is raised then."""
+        """Open a session that writes, unless the request was carried out before.
+
+        Raises ``Replay`` then, or ``JobNotEndedError`` while the job that it submitted has not ended.
+        """
         with self._database.write() as session:
             if self._use is not None:
                 answer = idempotency.find(session, self._use, utc_now())
                 if answer is not None:
+                    _require_ended_job(session, answer)
                     raise Replay(answer)
             self._session = session
             yield session
@@ -100,6 +130,15 @@ async def _once(
 OnceDep = Annotated[Once, Depends(_once)]
 
 
+def refuse_key(request: Request) -> None:
+    """Raise ``IdempotencyKeyRefusedError`` for a request with a key whose answer contains a secret."""
+    if _HEADER.alias in request.headers:
+        raise IdempotencyKeyRefusedError(
+            "the answer contains a secret, which is not stored, so that it cannot be given again; leave Idempotency-Key"
+            " out, and revoke or end what a lost answer has made"
+        )
+
+
 def install(app: FastAPI) -> None:
     """Answer a request that was carried out before with the answer that it had."""
 
@@ -108,6 +147,16 @@ def install(app: FastAPI) -> None:
         return _response(error.answer, {REPLAYED: "true"})
 
     app.add_exception_handler(Replay, replay)
+
+
+def _require_ended_job(session: Session, answer: Answer) -> None:
+    """Raise ``JobNotEndedError`` for the answer of a request whose job is queued or running."""
+    path = answer.headers.get("Location", "")
+    if answer.status != HTTPStatus.ACCEPTED or not path.startswith(_JOBS):
+        return
+    job = session.get(Job, path.removeprefix(_JOBS))
+    if job is not None and job.state not in FINAL_STATES:
+        raise JobNotEndedError(job.id, job.state)
 
 
 def _scope(actor: Actor) -> str:

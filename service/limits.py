@@ -16,6 +16,8 @@ MAX_JSON_VALUES = 5_000
 MAX_JSON_DEPTH = 32
 MAX_JSON_DIGITS = 64
 """Characters of one number."""
+MAX_TEXT_PART_BYTES = 128 * 1024
+"""Bytes of a part of a form that is no file."""
 MAX_ERRORS = 20
 """Entries in the errors of one problem."""
 MIN_BODY_RATE = 16 * 1024

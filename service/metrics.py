@@ -6,6 +6,7 @@ import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
+from itertools import accumulate
 
 import structlog
 from prometheus_client import (
@@ -16,7 +17,7 @@ from prometheus_client import (
     ProcessCollector,
     generate_latest,
 )
-from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily
+from prometheus_client.core import GaugeMetricFamily, HistogramMetricFamily
 from prometheus_client.metrics_core import Metric
 from prometheus_client.registry import Collector
 
@@ -28,6 +29,7 @@ from store.database import Database, sqlite_path
 from store.figures import Drift
 from store.processes import ProcessKind
 from store.queue import JobQueue
+from store.step_times import StepHistogram
 
 MEDIA_TYPE = CONTENT_TYPE_LATEST
 """Media type of the metrics."""
@@ -70,7 +72,7 @@ class _Figures:
     jobs: Mapping[JobState, int] = field(default_factory=dict)
     oldest_seconds: float | None = None
     workers: int | None = None
-    steps: Sequence[tuple[str, str, int, float]] = ()
+    steps: Sequence[StepHistogram] = ()
     drifts: Sequence[Drift] = ()
     messages: int | None = None
 
@@ -111,9 +113,7 @@ class Metrics:
                     jobs=figures.jobs_by_state(session),
                     oldest_seconds=figures.queue_seconds(session),
                     workers=len(processes.alive(session, ProcessKind.WORKER)),
-                    steps=[
-                        (row.kind, row.step, row.count, row.seconds) for row in step_times.listed(session)
-                    ],
+                    steps=step_times.listed(session),
                     drifts=figures.drifts(session),
                     messages=messages,
                 )
@@ -161,7 +161,7 @@ class _Record(Collector):
         )
         states = [((state.value,), count) for state, count in found.jobs.items()]
         yield _gauge("spinewatch_jobs", "Jobs by state.", states, ["state"])
-        yield from _steps(found.steps)
+        yield _steps(found.steps)
         labels = ["calibration", "rig"]
         shift = [((drift.calibration_id, drift.name), drift.shift_mm) for drift in found.drifts]
         rotation = [((drift.calibration_id, drift.name), drift.rotation_deg) for drift in found.drifts]
@@ -174,15 +174,15 @@ class _Record(Collector):
         )
 
 
-def _steps(steps: Sequence[tuple[str, str, int, float]]) -> Iterator[Metric]:
-    labels = ["kind", "step"]
-    done = CounterMetricFamily("spinewatch_steps", "Steps of jobs that succeeded.", labels=labels)
-    took = CounterMetricFamily("spinewatch_step_seconds", "Time that they took.", labels=labels)
-    for kind, step, count, seconds in steps:
-        done.add_metric([kind, step], count)
-        took.add_metric([kind, step], seconds)
-    yield done
-    yield took
+def _steps(steps: Sequence[StepHistogram]) -> Metric:
+    family = HistogramMetricFamily(
+        "spinewatch_step_seconds", "Time of each step of the jobs that succeeded.", labels=["kind", "step"]
+    )
+    bounds = [*map(str, step_times.BOUNDS_S), "+Inf"]
+    for step in steps:
+        buckets = list(zip(bounds, map(float, accumulate(step.counts)), strict=True))
+        family.add_metric([step.kind, step.step], buckets, step.seconds)
+    return family
 
 
 def _gauge(

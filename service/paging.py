@@ -45,11 +45,11 @@ class Part:
     if_none_match: str | None
 
 
-def _part(limit: Limit = 50, cursor: CursorText = None, if_none_match: IfNoneMatch = None) -> Part:
+async def _part(limit: Limit = 50, cursor: CursorText = None, if_none_match: IfNoneMatch = None) -> Part:
     return Part(limit, cursor, if_none_match)
 
 
-def _created(
+async def _created(
     created_after: Annotated[
         _Time, Query(description="Only what was created at this time or later; RFC 3339 with a zone.")
     ] = None,

@@ -6,7 +6,7 @@ import re
 from datetime import UTC, datetime, timedelta
 from typing import Annotated, Any
 
-from fastapi import Path
+from fastapi import Path, Query
 from pydantic import BeforeValidator
 
 from service.problems import InvalidInputError
@@ -46,6 +46,11 @@ CalibrationId = Annotated[
 ]
 JobId = Annotated[str, Path(description="Identifier of the job.", json_schema_extra=_DECLARED)]
 StagePath = Annotated[str, Path(description="Name of the stage.", json_schema_extra=_DECLARED)]
+
+TakeQuery = Annotated[
+    int | None,
+    Query(ge=1, le=2**31 - 1, description="Number of the take; by default the latest one that was measured."),
+]
 
 TextTime = Annotated[datetime, BeforeValidator(parse_time)]
 """A time in a query or a form."""

@@ -27,7 +27,6 @@ from store.errors import (
     DatabaseNotReadyError,
     ImageDamagedError,
     NotFoundError,
-    StageExistsError,
     SurgeryDeletedError,
 )
 from store.unavailable import is_unavailable
@@ -41,12 +40,19 @@ class KeyRequiredError(SpinewatchError):
     code = "key-required"
 
 
+class AccessEndedError(SpinewatchError):
+    """The key or the session of a client became invalid while its request was waiting."""
+
+    code = "access-ended"
+
+
 _TYPE = "urn:spinewatch:problem:"
 _STATUS: tuple[tuple[type[SpinewatchError], int], ...] = (
     (NotFoundError, 404),
     (ConflictError, 409),
     (DatabaseNotReadyError, 503),
     (MissingPackageError, 501),
+    (AccessEndedError, 401),
     (KeyRequiredError, 403),
     (SurgeryDeletedError, 410),
     (PreconditionFailedError, 412),
@@ -188,8 +194,11 @@ def _named_problem(error: SpinewatchError) -> tuple[Problem, Mapping[str, str] |
     elif isinstance(error, InvalidInputError):
         errors = [FieldError(loc=error.loc, msg=str(error), type=error.code)]
     headers = None
-    if isinstance(error, StageExistsError) and error.job_id is not None:
-        headers = {"Location": f"/v1/jobs/{error.job_id}"}
+    if isinstance(error, AccessEndedError):
+        headers = {"WWW-Authenticate": 'Bearer realm="spinewatch", error="invalid_token"'}
+    job_id = getattr(error, "job_id", None) if isinstance(error, ConflictError) else None
+    if job_id is not None:
+        headers = {"Location": f"/v1/jobs/{job_id}"}
     return problem(status, str(error), error.code, errors), headers
 
 

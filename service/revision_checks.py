@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from contract.revision import Remeasurement, TriadEdits
+from contract.features import FeaturePair
+from contract.revision import AddedCentre, CentreEdit, Remeasurement, RemovedCentre, TriadEdits
 from contract.triad import Triad
 from service.problems import InvalidInputError
 from spinewatch.errors import SpinewatchError
+from store.errors import FeaturesMissingError
 
 
 class UnknownTriadError(SpinewatchError):
@@ -24,10 +27,22 @@ class LabelError(SpinewatchError):
     code = "invalid-label"
 
 
-class BurstNotEditableError(SpinewatchError):
-    """The triads of a burst are means over its pairs, in which an edit has no counterpart."""
+class CentreOutsideError(SpinewatchError):
+    """A ball centre is not inside its image."""
 
-    code = "burst-not-editable"
+    code = "centre-outside-image"
+
+
+class UnknownFeatureError(SpinewatchError):
+    """The pair has no feature of this number."""
+
+    code = "unknown-feature"
+
+
+class UnknownPairError(SpinewatchError):
+    """The stage has no pair of this number."""
+
+    code = "unknown-pair"
 
 
 class UnknownParameterError(SpinewatchError):
@@ -36,17 +51,16 @@ class UnknownParameterError(SpinewatchError):
     code = "invalid-parameter"
 
 
-def check_edits(
-    edits: TriadEdits, triads: Sequence[Triad], vertebrae: Sequence[str], *, is_burst: bool
-) -> None:
+@dataclass(frozen=True)
+class EditedPair:
+    """A pair whose ball centres are edited: its features, None when they were not kept, and the sizes of its images."""
+
+    features: FeaturePair | None
+    sizes: Mapping[str, tuple[int, int]]
+
+
+def check_edits(edits: TriadEdits, triads: Sequence[Triad], vertebrae: Sequence[str]) -> None:
     """Raise ``InvalidInputError`` unless the edits fit the triads of the take and the vertebrae of the surgery."""
-    if is_burst:
-        raise InvalidInputError(
-            "kind",
-            BurstNotEditableError(
-                "the triads of a burst are means over its pairs; measure it again, or take it again"
-            ),
-        )
     named = [("labels", k, edit.triad) for k, edit in enumerate(edits.labels)]
     named += [("removed", k, triad) for k, triad in enumerate(edits.removed)]
     for field, index, triad in named:
@@ -67,6 +81,36 @@ def check_edits(
             f"two triads would be labelled {twice[0]}; change or take away the other label too"
         )
         raise InvalidInputError("labels", error)
+
+
+def check_centres(centres: Sequence[CentreEdit], pairs: Mapping[int, EditedPair | None]) -> None:
+    """Raise ``InvalidInputError`` unless the edits of ball centres fit the features and images of their pairs."""
+    for index, edit in enumerate(centres):
+        pair = pairs[edit.pair]
+        problem = _centre_problem(edit, pair)
+        if problem is not None:
+            raise InvalidInputError("centres", problem, index)
+
+
+def _centre_problem(edit: CentreEdit, pair: EditedPair | None) -> SpinewatchError | None:
+    if pair is None:
+        return UnknownPairError("the stage has no pair of this number; see pairs of the stage")
+    if pair.features is None:
+        return FeaturesMissingError(edit.pair)
+    if not isinstance(edit, AddedCentre):
+        count = len(getattr(pair.features, edit.side))
+        if edit.feature >= count:
+            return UnknownFeatureError(
+                f"the {edit.side} image has {count} features, numbered from 0; see the features of the pair"
+            )
+    if not isinstance(edit, RemovedCentre):
+        width, height = pair.sizes[edit.side]
+        if not (-0.5 <= edit.x <= width - 0.5 and -0.5 <= edit.y <= height - 0.5):
+            return CentreOutsideError(
+                f"the {edit.side} image has {width} x {height} pixels, and its first pixel has its centre at 0, 0; give"
+                " a centre inside it"
+            )
+    return None
 
 
 def check_parameters(wanted: Remeasurement, known: Mapping[str, Any]) -> None:

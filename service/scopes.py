@@ -45,6 +45,7 @@ SCOPES: Mapping[str, Needed] = {
     f"POST {_STAGE}/revisions": _CORRECT,
     f"GET {_STAGE}/burst": _READ,
     f"GET {_STAGE}/features": _READ,
+    f"GET {_STAGE}/candidates": _READ,
     f"GET {_STAGE}/images/{{side}}": _READ,
     f"GET {_STAGE}/spine": _READ,
     f"GET {_STAGE}/measures": _READ,
@@ -62,7 +63,10 @@ SCOPES: Mapping[str, Needed] = {
     f"GET {_SURGERY}/spine": _READ,
     f"GET {_SURGERY}/spine/revisions": _READ,
     f"POST {_SURGERY}/spine/rebaselines": _CORRECT,
+    f"POST {_SURGERY}/spine/computations": _CORRECT,
     "GET /v1/measure-definitions": _READ,
+    "GET /v1/plans/accuracy": _CAPTURED,
+    "GET /v1/plans/disparity": _CAPTURED,
     "GET /v1/jobs/{job_id}": _CAPTURED,
     "GET /v1/jobs": _CAPTURED,
     "GET /v1/changes": _READ,
@@ -84,10 +88,10 @@ SCOPES: Mapping[str, Needed] = {
 }
 """The scopes that each method and path needs."""
 
-OPEN_PATHS = frozenset({"/", "/docs", "/docs/oauth2-redirect", "/openapi.json", "/health/live"})
-"""Paths that contain no data: liveness, and the pages of the API, which are the same everywhere."""
+OPEN_PATHS = frozenset({"/", "/icon.svg", "/docs", "/docs/oauth2-redirect", "/openapi.json", "/health/live"})
+"""Paths that contain no data: liveness, the dashboard and the pages of the API, which are the same everywhere."""
 
-OPEN_FOLDERS = ("/docs/assets/",)
+OPEN_FOLDERS = ("/assets/", "/docs/assets/")
 """Folders of files that contain no data."""
 
 

@@ -114,6 +114,14 @@ class Settings(BaseSettings):
         float,
         Field(ge=0.1, le=3600, description="Time after which a client that reads nothing is disconnected."),
     ] = 30.0
+    stream_seconds: Annotated[
+        float,
+        Field(
+            ge=0.1,
+            le=86400,
+            description="Time after which a stream of events ends; its client takes it up where it ended.",
+        ),
+    ] = 3600.0
     allowed_hosts: Annotated[
         str | None,
         Field(description="Further names of the service in the Host header, separated by commas."),

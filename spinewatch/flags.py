@@ -178,6 +178,24 @@ _KINDS = (
         "0 of 500 sound simulated stages with every ball in view (`python -m bench.mistakes`)",
     ),
     FlagKind(
+        "ball-manual",
+        "stage",
+        "A person placed the centre of a ball; its deviation is that of such a centre, and the pose follows from it.",
+        "Compare the images with the centre, and look at the residuals of the triad.",
+    ),
+    FlagKind(
+        "edit-lost",
+        "stage",
+        "A person had decided on the label of a triad, and after further edits of ball centres no triad is there.",
+        "Look at the triads and their labels again.",
+    ),
+    FlagKind(
+        "labels-kept",
+        "stage",
+        "The stage that had decided on labels was revised, and labels were found again; those that a person gave stay.",
+        "Compare the labels with those of the other stages.",
+    ),
+    FlagKind(
         "triad-incomplete",
         "stage",
         "The visible balls of a triad do not determine its pose; the triad is given without one.",

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from spinewatch.camera import Rig
-from spinewatch.detection.candidates.search import Detection, DetectionParameters
+from spinewatch.detection.candidates.search import CandidateMaps, Detection, DetectionParameters
 from spinewatch.detection.candidates.templates import TemplateSet
 from spinewatch.detection.detector import prepare_detector
+from spinewatch.detection.features import Features
+from spinewatch.detection.manual import CentreEdit, edit_features
 from spinewatch.detection.refinement.centres import CentreParameters
 from spinewatch.errors import ParameterError, SameImageError
 from spinewatch.flags import Flag
@@ -19,11 +22,13 @@ from spinewatch.imaging.frame import Frame
 from spinewatch.levels import vertebra_names
 from spinewatch.markers import FLAT_10_14_18, TriadModel
 from spinewatch.matching.epipolar import nominal_ranges_mm
+from spinewatch.matching.exclusion import RemovedTriad
 from spinewatch.matching.rig_check import RigCheck, RigCheckParameters
 from spinewatch.matching.selection import SpineAxis
 from spinewatch.progress import Progress, silent
 from spinewatch.triads.diagnosis import DiagnosisParameters, diagnose
 from spinewatch.triads.drift import search_and_check_rig
+from spinewatch.triads.explanation import Explanation, explain
 from spinewatch.triads.labels import KnownConfiguration, LabelledTriad, LabelParameters, label_triads
 from spinewatch.triads.search import SearchParameters, TriadSearch, match_triads
 
@@ -80,6 +85,8 @@ class StageRequest:
         Earlier stage, distances or kinds of markers, which decide on labels when triads are missing.
     extra_levels
         Vertebrae that this spine has in addition to C1-C7, T1-T12, L1-L5 and S1, for example T13 or L6.
+    removed
+        Triads that a person removed, which are not found again.
     """
 
     labels: tuple[str, ...] = ()
@@ -88,6 +95,7 @@ class StageRequest:
     models: tuple[TriadModel, ...] = (FLAT_10_14_18,)
     known: KnownConfiguration | None = None
     extra_levels: tuple[str, ...] = ()
+    removed: tuple[RemovedTriad, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "labels", vertebra_names(self.labels, self.extra_levels))
@@ -120,6 +128,8 @@ class StageMeasurement:
         Parameters of the measurement.
     templates_version
         Version of the template set of the measurement.
+    explanation
+        What was considered and rejected; None unless it was asked for.
     """
 
     left: Detection
@@ -129,6 +139,7 @@ class StageMeasurement:
     rig_check: RigCheck | None
     parameters: Parameters
     templates_version: str
+    explanation: Explanation | None = None
 
 
 LABELS_UNCERTAIN = "labels-uncertain"
@@ -232,8 +243,62 @@ class StageMeasurer:
         """
         return self._detector.detect(left, right, self._pool)
 
+    def maps(self, left: Frame, right: Frame) -> tuple[CandidateMaps | None, CandidateMaps | None]:
+        """Return what both images become on the way to their features.
+
+        Parameters
+        ----------
+        left, right
+            Images of the two cameras.
+
+        Returns
+        -------
+        tuple of CandidateMaps or None
+            Maps of the left and the right image; None for a blank one.
+        """
+        searches = self._detector.searches
+        return searches[0].maps(left), searches[1].maps(right)
+
+    def edit(
+        self,
+        detections: tuple[Detection, Detection],
+        features: tuple[Features, Features],
+        edits: tuple[Sequence[CentreEdit], Sequence[CentreEdit]],
+    ) -> tuple[Detection, Detection]:
+        """Return detections with the features that a person edited, between `detect` and `match`.
+
+        Parameters
+        ----------
+        detections
+            Detections of the left and the right view.
+        features
+            Features of both views that are edited, of an earlier measurement of the same images.
+        edits
+            Centres that are added, moved or removed in each view.
+
+        Returns
+        -------
+        tuple of Detection
+            Detections of the left and the right view.
+        """
+        centres = self.parameters.centres
+        edited = []
+        for found, before, changes, view in zip(
+            detections, features, edits, self._detector.views, strict=True
+        ):
+            after = edit_features(before, changes, view.ball_px, centres)
+            discarded = found.discarded.beside(found.features, after)
+            edited.append(replace(found, features=after, discarded=discarded))
+        return edited[0], edited[1]
+
     def measure(
-        self, left: Frame, right: Frame, request: StageRequest, progress: Progress = silent
+        self,
+        left: Frame,
+        right: Frame,
+        request: StageRequest,
+        progress: Progress = silent,
+        *,
+        explained: bool = False,
     ) -> StageMeasurement:
         """Return the labelled triads of a stereo pair.
 
@@ -245,6 +310,8 @@ class StageMeasurer:
             Labels, spine axis and markers.
         progress
             Called at the start of each step: detect, match, label.
+        explained
+            Whether the result tells what was considered and rejected.
 
         Returns
         -------
@@ -264,16 +331,52 @@ class StageMeasurer:
             raise SameImageError(_SAME_IMAGE)
         progress("detect", 0.0)
         detections = self.detect(left, right)
+        return self.match(detections, (left, right), request, progress, explained=explained)
+
+    def match(
+        self,
+        detections: tuple[Detection, Detection],
+        frames: tuple[Frame, Frame],
+        request: StageRequest,
+        progress: Progress = silent,
+        *,
+        explained: bool = False,
+    ) -> StageMeasurement:
+        """Return the labelled triads that the features of a stereo pair show, the second step of `measure`.
+
+        Parameters
+        ----------
+        detections
+            Features of the left and the right view.
+        frames
+            Images of the two cameras.
+        request
+            Labels, spine axis and markers.
+        progress
+            Called at the start of each step: match, label.
+        explained
+            Whether the result tells what was considered and rejected.
+
+        Returns
+        -------
+        StageMeasurement
+            Features, triads, flags and the check of the rig.
+
+        Raises
+        ------
+        SameImageError
+            If both images are of the same exposure with other noise.
+        """
         progress("match", 0.7)
         search, rig_check, rig_flags = search_and_check_rig(
-            lambda rig: self._match(detections, (left, right), request, rig),
+            lambda rig: self._match(detections, frames, request, rig),
             detections[0].features,
             detections[1].features,
             self.rig,
             self.parameters.rig_check,
             request.models,
         )
-        diagnosis_flags = self._diagnose(detections, (left, right), search, request)
+        diagnosis_flags = self._diagnose(detections, frames, search, request)
         progress("label", 0.9)
         labelled, label_flags = label_triads(
             search.triads,
@@ -285,12 +388,33 @@ class StageMeasurer:
         )
         image_flags = [
             Flag(flag.code, f"{frame.side}: {flag.detail}")
-            for frame, detection in zip((left, right), detections, strict=True)
+            for frame, detection in zip(frames, detections, strict=True)
             for flag in detection.flags
         ]
         flags = (*image_flags, *search.flags, *rig_flags, *diagnosis_flags, *label_flags)
+        explanation = self._explanation(detections, search, request) if explained else None
         return StageMeasurement(
-            *detections, labelled, flags, rig_check, self.parameters, self._detector.template_version
+            *detections,
+            labelled,
+            flags,
+            rig_check,
+            self.parameters,
+            self._detector.template_version,
+            explanation,
+        )
+
+    def _explanation(
+        self, detections: tuple[Detection, Detection], search: TriadSearch, request: StageRequest
+    ) -> Explanation:
+        return explain(
+            search,
+            (detections[0].features, detections[1].features),
+            self.rig,
+            self.parameters.search,
+            request.models,
+            expected=request.expected,
+            axis=request.spine_axis,
+            removed=request.removed,
         )
 
     def _diagnose(
@@ -362,4 +486,5 @@ class StageMeasurer:
             axis=request.spine_axis,
             images=(frames[0].pixels, frames[1].pixels),
             models=request.models,
+            removed=request.removed,
         )

@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session, contains_eager
 from contract.calibration_check import ChecksSummary
 from contract.stage import MarkerScale
 from store.page import Page, PageRequest, page_of
-from store.tables import Measurement, Stage
+from store.tables import Measurement, Stage, Tombstone
 
 OLD, DRIFTED, REFINED = "calibration-old", "calibration-drift", "rig-refined"
 CALIBRATION_FLAGS = frozenset({OLD, DRIFTED, REFINED})
@@ -30,9 +30,10 @@ def listed(session: Session, calibration_id: str, wanted: PageRequest) -> Page[S
     Returns
     -------
     Page of Stage
-        The rows with their measurements.
+        The rows with their measurements, without those of surgeries that were deleted.
     """
     query = select(Stage).join(Stage.measurement).where(*_measured_with(calibration_id))
+    query = query.where(Stage.surgery_id.not_in(select(Tombstone.surgery_id)))
     return page_of(session, query.options(contains_eager(Stage.measurement)), Stage, wanted)
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from datetime import datetime, timedelta
 from uuid import uuid4
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session, joinedload, selectinload, undefer
 
-from contract.calibration import CalibrationResult
+from contract.calibration import CalibrationBrief, CalibrationResult
 from contract.event import Actor
 from spinewatch.camera import Rig
 from spinewatch.rig_files.rig_json import rig_to_dict
@@ -132,6 +133,32 @@ def get_with_report(session: Session, calibration_id: str) -> Calibration:
         There is no such calibration.
     """
     return _found(session.get(Calibration, calibration_id, options=[_REPORT]))
+
+
+def briefs(session: Session, calibration_ids: Iterable[str]) -> Mapping[str, CalibrationBrief]:
+    """Return the quality of calibrations in brief, without their points.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    calibration_ids
+        Identifiers of calibrations.
+
+    Returns
+    -------
+    mapping of str to CalibrationBrief
+        By identifier, of those that were made from images.
+    """
+    report = CalibrationReport.report
+    query = select(CalibrationReport.calibration_id, report["leave_one_out"], report["flags"])
+    rows = session.execute(query.where(CalibrationReport.calibration_id.in_(list(calibration_ids))))
+    return {
+        id_: CalibrationBrief(
+            leave_one_out_sd_mm=None if left_out is None else left_out["sd_mm"], flags=flags
+        )
+        for id_, left_out, flags in rows
+    }
 
 
 def report_of(row: Calibration) -> CalibrationReport:

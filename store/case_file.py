@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import zipfile
+from base64 import b64encode
 from collections.abc import Iterator, Mapping
 from datetime import datetime
 from enum import Enum
@@ -169,6 +170,8 @@ def _plain(value: object) -> Any:
         return value.isoformat()
     if isinstance(value, Enum):
         return value.value
+    if isinstance(value, bytes):
+        return b64encode(value).decode()
     raise TypeError(f"no JSON form of {type(value).__name__}")
 
 

@@ -11,7 +11,8 @@ from sqlalchemy.orm import Session
 from contract.change import Change, Changes
 from contract.event import Outcome
 from contract.job import FINAL_STATES
-from store.tables import Event, Job, Stage
+from store.events import Action
+from store.tables import Event, Job, Stage, Tombstone
 
 KINDS = ("calibration", "job", "radiograph", "spine", "stage", "surgery")
 """Kinds of what is changed; the actions of other kinds are for administrators only."""
@@ -51,11 +52,15 @@ def listed(session: Session, since: int, limit: int, surgery_id: str | None = No
     Returns
     -------
     Changes
-        The changes, oldest first.
+        The changes, oldest first; of a surgery that was deleted only its deletion.
     """
     shown = or_(*(Event.action.startswith(f"{kind}:") for kind in KINDS))
     query = select(Event, Stage.name, Stage.take).outerjoin(Stage, Stage.id == Event.subject_id)
     query = query.where(Event.seq > since, shown, Event.outcome != Outcome.REFUSED.value)
+    hidden = Event.surgery_id.in_(select(Tombstone.surgery_id))
+    query = query.where(
+        or_(Event.surgery_id.is_(None), ~hidden, Event.action == Action.SURGERY_DELETED.value)
+    )
     if surgery_id is not None:
         query = query.where(Event.surgery_id == surgery_id)
     last = last_number(session)

@@ -17,6 +17,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
 from store import postgresql
+from store.commits import Commits
 from store.errors import DatabaseNotReadyError
 
 _BUSY_SECONDS = 10
@@ -108,6 +109,16 @@ class Database:
         ):  # the file is not there, broken or on a full disk: the log keeps what is committed
             return False
         return not busy
+
+    def commits(self) -> Commits:
+        """Return what tells whether anything was committed.
+
+        Returns
+        -------
+        Commits
+            To be asked by one thread at a time.
+        """
+        return Commits(sqlite_path(self.url))
 
     def close(self) -> None:
         """Close every connection."""

@@ -65,6 +65,24 @@ class StageNotMeasuredError(ConflictError):
     code = "stage-not-measured"
 
 
+class FeaturesMissingError(ConflictError):
+    """The features of a pair of a burst were not kept.
+
+    Parameters
+    ----------
+    pair
+        Number of the pair, from 1.
+    """
+
+    code = "features-missing"
+
+    def __init__(self, pair: int) -> None:
+        super().__init__(
+            f"the features of pair {pair} were not kept by the version that measured it; measure the stage again, with"
+            " a revision of the kind measure"
+        )
+
+
 class SetupMissingError(ConflictError):
     """The surgery has no setup of the spine, so that nothing but the motion of its triads can be reported."""
 

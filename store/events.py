@@ -41,6 +41,9 @@ _CHAINED = (
     "subject_id",
 )
 
+_LAST = select(Event.seq, Event.hash).order_by(Event.seq.desc()).limit(1)
+_INSERT = insert(Event)
+
 
 class Action(StrEnum):
     """Actions of this package, as subject:verb; a handler of jobs may add its own."""
@@ -103,7 +106,7 @@ def append(
         What else is to be known, never about a patient.
     """
     connection = session.connection()
-    last = connection.execute(select(Event.seq, Event.hash).order_by(Event.seq.desc()).limit(1)).one_or_none()
+    last = connection.execute(_LAST).one_or_none()
     seq, previous = (0, FIRST_HASH) if last is None else last
     entry = {
         "seq": seq + 1,
@@ -119,7 +122,7 @@ def append(
         "surgery_id": surgery_id,
         "subject_id": subject_id,
     }
-    connection.execute(insert(Event).values(**entry, hash=chained_hash(previous, entry)))
+    connection.execute(_INSERT, {**entry, "hash": chained_hash(previous, entry)})
 
 
 def chained_hash(previous: str, entry: Mapping[str, Any]) -> str:

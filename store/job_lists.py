@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from datetime import datetime
 
-from sqlalchemy import select
+from sqlalchemy import or_, select
 from sqlalchemy.orm import Session, joinedload
 
 from contract.job import JobState
 from store.page import Page, PageRequest, created_within, page_of
-from store.tables import Job
+from store.tables import Job, Tombstone
 
 
 def listed(
@@ -42,13 +42,15 @@ def listed(
     Returns
     -------
     Page of Job
-        The rows.
+        The rows, without those of surgeries that were deleted.
     """
     query = created_within(select(Job), Job, created_after, created_before)
+    of_surgery = Job.payload["surgery_id"].as_string()
+    query = query.where(or_(of_surgery.is_(None), of_surgery.not_in(select(Tombstone.surgery_id))))
     if state is not None:
         query = query.where(Job.state == state)
     if kind is not None:
         query = query.where(Job.kind == kind)
     if surgery_id is not None:
-        query = query.where(Job.payload["surgery_id"].as_string() == surgery_id)
+        query = query.where(of_surgery == surgery_id)
     return page_of(session, query.options(joinedload(Job.stage)), Job, wanted)

@@ -11,7 +11,7 @@ sweep has seen for long enough, by its own monotonic clock, that the row does no
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Any, cast
@@ -34,6 +34,21 @@ _RECENT_EVENTS = 10_000
 
 ATTEMPTS_EXHAUSTED = "attempts-exhausted"
 """Code of the error of a job that never ended."""
+
+_other = aliased(Job)
+_unended = select(_other.id).where(_other.id == Job.waits_for, _other.state.not_in(tuple(FINAL_STATES)))
+_CLAIMABLE: ColumnElement[bool] = or_(
+    and_(Job.state == JobState.QUEUED, or_(Job.waits_for.is_(None), ~_unended.exists())),
+    and_(Job.state == JobState.RUNNING, Job.lease_until.is_(None)),
+)
+_surgery: ColumnElement[str] = Job.payload["surgery_id"].as_string()
+_GROUPS = select(_surgery).where(_CLAIMABLE).distinct()
+_OLDEST = select(Job).where(_CLAIMABLE).order_by(Job.created_at, Job.id).limit(1).with_for_update()
+_RUNNING = (
+    select(_surgery, func.count())
+    .where(Job.state == JobState.RUNNING, Job.lease_until.is_not(None))
+    .group_by(_surgery)
+)
 
 
 @dataclass(frozen=True)
@@ -181,8 +196,8 @@ def claim_next(
     Lease or None
         The lease, None when no job can be claimed.
     """
-    while (job_id := _next(session)) is not None:
-        claimed = claim(session, job_id, now, lease, max_attempts, actor)
+    while (job := _next(session)) is not None:
+        claimed = _claim(session, job, now, lease, max_attempts, actor)
         if claimed is not None:
             return claimed
         session.flush()  # the job has failed: the next one
@@ -217,9 +232,14 @@ def claim(
     Lease or None
         The lease, None when the job cannot be claimed.
     """
-    job = session.scalars(select(Job).where(Job.id == job_id, _claimable()).with_for_update()).one_or_none()
-    if job is None:
-        return None
+    job = session.scalars(select(Job).where(Job.id == job_id, _CLAIMABLE).with_for_update()).one_or_none()
+    return None if job is None else _claim(session, job, now, lease, max_attempts, actor)
+
+
+def _claim(
+    session: Session, job: Job, now: datetime, lease: timedelta, max_attempts: int, actor: Actor
+) -> Lease | None:
+    """Claim a job that can be claimed and whose row is locked."""
     interrupted = job.state is JobState.RUNNING
     problem = _exhausted(session, job, max_attempts, interrupted)
     if problem is not None:
@@ -467,7 +487,7 @@ def unended(session: Session) -> list[Unended]:
     list of Unended
         The jobs, the oldest first.
     """
-    claimable = _claimable().label("claimable")
+    claimable = _CLAIMABLE.label("claimable")
     columns = Job.id, Job.lease_owner, func.coalesce(Job.lease_until, Job.enqueued_at), claimable
     query = select(*columns).where(Job.state.in_((JobState.QUEUED, JobState.RUNNING)))
     return [
@@ -514,46 +534,33 @@ def mark_enqueued(session: Session, job: Unended, now: datetime) -> bool:
     bool
         Whether it was still so; False when another worker has just enqueued or claimed it.
     """
-    query = update(Job).where(Job.id == job.id, _claimable(), Job.enqueued_at == job.stamp)
+    query = update(Job).where(Job.id == job.id, _CLAIMABLE, Job.enqueued_at == job.stamp)
     return _changes_one(session, query.values(enqueued_at=now))
 
 
-def _claimable() -> ColumnElement[bool]:
-    other = aliased(Job)
-    unended = select(other.id).where(other.id == Job.waits_for, other.state.not_in(tuple(FINAL_STATES)))
-    ready = or_(Job.waits_for.is_(None), ~unended.exists())
-    return or_(
-        and_(Job.state == JobState.QUEUED, ready),
-        and_(Job.state == JobState.RUNNING, Job.lease_until.is_(None)),
-    )
-
-
-def _next(session: Session) -> str | None:
-    """Return the job whose turn it is."""
-    surgery = Job.payload["surgery_id"].as_string()
-    groups = list(session.scalars(select(surgery).where(_claimable()).distinct()))
+def _next(session: Session) -> Job | None:
+    """Return the job whose turn it is, with its row locked."""
+    groups: list[str | None] = list(session.scalars(_GROUPS))
     if not groups:
         return None
-    turn = groups[0] if len(groups) == 1 else min(groups, key=_turns(session, surgery))
-    mine = surgery.is_(None) if turn is None else surgery == turn
-    query = select(Job.id).where(_claimable(), mine).order_by(Job.created_at, Job.id)
-    return session.scalars(query.limit(1)).one_or_none()
+    turn = groups[0] if len(groups) == 1 else min(groups, key=_turns(session, groups))
+    return session.scalars(
+        _OLDEST.where(_surgery.is_(None) if turn is None else _surgery == turn)
+    ).one_or_none()
 
 
-def _turns(session: Session, surgery: ColumnElement[str]) -> Callable[[str | None], tuple[int, int, str]]:
+def _turns(session: Session, groups: Collection[str | None]) -> Callable[[str | None], tuple[int, int, str]]:
     """Return the key by which surgeries are ordered, the one whose turn it is first."""
-    held = and_(Job.state == JobState.RUNNING, Job.lease_until.is_not(None))
-    counts = session.execute(select(surgery, func.count()).where(held).group_by(surgery))
-    running: dict[str | None, int] = {group: count for group, count in counts}  # noqa: C416 - rows are no pairs
+    running: dict[str | None, int] = {group: count for group, count in session.execute(_RUNNING)}  # noqa: C416 - rows are no pairs
     newest = session.scalar(select(func.max(Event.seq))) or 0
-
-    def key(group: str | None) -> tuple[int, int, str]:
-        mine = Event.surgery_id.is_(None) if group is None else Event.surgery_id == group
-        started = (mine, Event.action == Action.JOB_STARTED, Event.seq > newest - _RECENT_EVENTS)
-        last = select(Event.seq).where(*started).order_by(Event.seq.desc()).limit(1)
-        return running.get(group, 0), session.scalar(last) or 0, group or ""
-
-    return key
+    recent = (Event.action == Action.JOB_STARTED, Event.seq > newest - _RECENT_EVENTS)
+    named = Event.surgery_id.in_([group for group in groups if group is not None])
+    last = select(Event.surgery_id, func.max(Event.seq)).where(named, *recent).group_by(Event.surgery_id)
+    started: dict[str | None, int] = {group: seq for group, seq in session.execute(last)}  # noqa: C416 - as above
+    if None in groups:
+        outside = select(func.max(Event.seq)).where(Event.surgery_id.is_(None), *recent)
+        started[None] = session.scalar(outside) or 0
+    return lambda group: (running.get(group, 0), started.get(group, 0), group or "")
 
 
 def _exhausted(session: Session, job: Job, max_attempts: int, interrupted: bool) -> str | None:

@@ -9,7 +9,7 @@ import re
 import secrets
 from datetime import datetime, timedelta
 
-from sqlalchemy import exists, or_, select, update
+from sqlalchemy import bindparam, exists, or_, select, update
 from sqlalchemy.orm import Session
 
 from contract.event import Actor
@@ -28,6 +28,7 @@ KEY_FORM = re.compile(r"sw_(?P<prefix>[a-z2-7]{8})_[a-z2-7]{52}", re.ASCII)
 _SECRET_BYTES = 32
 _PREFIX_BYTES = 5
 _NOBODY = "0" * 64
+_BY_PREFIX = select(*ApiKey.__table__.columns).where(ApiKey.prefix == bindparam("prefix"))
 
 
 def add(session: Session, new: NewKey, now: datetime, actor: Actor) -> tuple[ApiKey, str]:
@@ -83,10 +84,13 @@ def authenticate(session: Session, key: str, now: datetime) -> ApiKey | None:
     Returns
     -------
     ApiKey or None
-        The row, None when the key is not known, revoked or expired.
+        A copy of the row, None when the key is not known, revoked or expired.
     """
     match = KEY_FORM.fullmatch(key)
-    row = None if match is None else session.get(ApiKey, match["prefix"])
+    if match is None:
+        return None
+    columns = session.connection().execute(_BY_PREFIX, {"prefix": match["prefix"]}).mappings().one_or_none()
+    row = None if columns is None else ApiKey(**columns)
     stored = _NOBODY if row is None else row.key_sha256
     same = hmac.compare_digest(digest(key), stored)
     return row if row is not None and same and is_valid(row, now) else None

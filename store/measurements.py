@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import datetime
 
 from sqlalchemy import select
@@ -9,15 +11,33 @@ from sqlalchemy.orm import Session, undefer
 
 from contract.burst import Burst
 from contract.event import Actor
-from contract.stage import FeaturePair, StageResult
+from contract.features import FeaturePair
+from contract.pair_result import PairResult
+from contract.stage import StageResult
 from contract.triad import Triad
 from spinewatch.triads.pose import Pose
-from store import events, stages, tables
+from store import events, pair_results, stages, tables
 from store.errors import StageNotMeasuredError
 from store.tables import FeatureList, Measurement, Stage
 
 
-def add(session: Session, stage_id: str, result: StageResult, now: datetime, actor: Actor) -> None:
+@dataclass(frozen=True)
+class MeasuredStage:
+    """What a worker measured in a stage.
+
+    Attributes
+    ----------
+    result
+        The result.
+    pairs
+        What each pair was measured from, in the order in which they were taken.
+    """
+
+    result: StageResult
+    pairs: Sequence[PairResult] = ()
+
+
+def add(session: Session, stage_id: str, measured: MeasuredStage, now: datetime, actor: Actor) -> None:
     """Add the result of a stage.
 
     Parameters
@@ -26,14 +46,14 @@ def add(session: Session, stage_id: str, result: StageResult, now: datetime, act
         Session that writes.
     stage_id
         Identifier of the stage.
-    result
+    measured
         What was measured.
     now
         Time of the result.
     actor
         The worker.
     """
-    document = result.model_dump(mode="json")
+    document = measured.result.model_dump(mode="json")
     features, triads, burst = (document.pop(name) for name in ("features", "triads", "burst"))
     session.add(
         Measurement(
@@ -44,10 +64,12 @@ def add(session: Session, stage_id: str, result: StageResult, now: datetime, act
             burst=None if burst is None else tables.Burst(burst=burst),
         )
     )
+    session.flush()
     session.add_all(
         tables.Triad(stage_id=stage_id, position=position, label=triad["label"], triad=triad)
         for position, triad in enumerate(triads)
     )
+    pair_results.add(session, stage_id, measured.pairs)
     surgery_id = session.scalars(select(Stage.surgery_id).where(Stage.id == stage_id)).one()
     events.append(session, now, actor, events.Action.STAGE_MEASURED, stage_id, surgery_id)
 

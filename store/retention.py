@@ -12,7 +12,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 
-from sqlalchemy import ColumnElement, Table, func, insert, or_, select
+from sqlalchemy import ColumnElement, Table, bindparam, func, insert, or_, select
 from sqlalchemy import delete as delete_from
 from sqlalchemy.orm import Session
 
@@ -41,6 +41,7 @@ _KEPT = frozenset({"events", "tombstones", "purges", "purged_images"})
 """Tables that a purge removes nothing from."""
 
 _BATCH = 500
+_DELETED_AT = select(Tombstone.deleted_at).where(Tombstone.surgery_id == bindparam("surgery_id"))
 
 
 @dataclass(frozen=True)
@@ -77,10 +78,10 @@ def require_present(session: Session, surgery_id: str) -> None:
     SurgeryDeletedError
         It was deleted.
     """
-    deleted = session.get(Tombstone, surgery_id)
-    if deleted is not None:
+    deleted_at = session.connection().execute(_DELETED_AT, {"surgery_id": surgery_id}).scalar()
+    if deleted_at is not None:
         raise SurgeryDeletedError(
-            f"this surgery was deleted on {deleted.deleted_at:%Y-%m-%d}; an administrator may have an export of it"
+            f"this surgery was deleted on {deleted_at:%Y-%m-%d}; an administrator may have an export of it"
         )
 
 

@@ -11,7 +11,13 @@ from sqlalchemy.orm import Session
 
 from contract.event import Actor
 from contract.setup_checks import SurgeryContext
-from contract.spine_setup import NewRebaseline, SpineSetup, StoredRebaseline, StoredSpineSetup
+from contract.spine_setup import (
+    NewRebaseline,
+    SetupRevision,
+    SpineSetup,
+    StoredRebaseline,
+    StoredSpineSetup,
+)
 from store import events, radiographs, surgeries, tables
 from store.errors import RebaselineExistsError, SetupMissingError
 
@@ -99,7 +105,7 @@ def get(session: Session, surgery_id: str) -> StoredSpineSetup:
     return found
 
 
-def revisions(session: Session, surgery_id: str) -> list[StoredSpineSetup]:
+def revisions(session: Session, surgery_id: str) -> list[SetupRevision]:
     """Return every revision of a surgery's setup, oldest first.
 
     Parameters
@@ -111,8 +117,8 @@ def revisions(session: Session, surgery_id: str) -> list[StoredSpineSetup]:
 
     Returns
     -------
-    list of StoredSpineSetup
-        The setups; each has the markers that had been clamped again before the next revision.
+    list of SetupRevision
+        The setups; each has the markers that had been clamped again before the next revision, and who stored it.
 
     Raises
     ------
@@ -123,9 +129,13 @@ def revisions(session: Session, surgery_id: str) -> list[StoredSpineSetup]:
     query = select(tables.SpineSetup).where(tables.SpineSetup.surgery_id == surgery_id)
     rows = session.scalars(query.order_by(tables.SpineSetup.revision)).all()
     known = rebaselines(session, surgery_id)
+    actors = _actors(session, surgery_id)
     ends = [row.created_at for row in rows[1:]]
     return [
-        _stored(row, [item for item in known if end is None or item.created_at < end])
+        SetupRevision(
+            **dict(_stored(row, [item for item in known if end is None or item.created_at < end])),
+            actor=actors.get(row.created_at),
+        )
         for row, end in zip_longest(rows, ends)
     ]
 
@@ -234,6 +244,14 @@ def _lock(session: Session, surgery_id: str) -> None:
 def _latest(session: Session, surgery_id: str) -> tables.SpineSetup | None:
     query = select(tables.SpineSetup).where(tables.SpineSetup.surgery_id == surgery_id)
     return session.scalars(query.order_by(tables.SpineSetup.revision.desc()).limit(1)).one_or_none()
+
+
+def _actors(session: Session, surgery_id: str) -> dict[datetime, str]:
+    """Return who stored a setup of a surgery, by the time of it, which setup and event share."""
+    query = select(tables.Event.at, tables.Event.actor_name).where(
+        tables.Event.surgery_id == surgery_id, tables.Event.action == events.Action.SPINE_CONFIGURED
+    )
+    return {row.at: row.actor_name for row in session.execute(query)}
 
 
 def _stored(row: tables.SpineSetup, known: Sequence[StoredRebaseline]) -> StoredSpineSetup:

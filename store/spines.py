@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
-from sqlalchemy import Select, Text, cast, func, select
+from sqlalchemy import ColumnElement, Select, Text, and_, cast, func, select
 from sqlalchemy.orm import Session
 
 from contract.event import Actor
@@ -148,13 +148,61 @@ def submit(session: Session, surgery_id: str, now: datetime) -> str | None:
         is None
     ):
         return None
-    # the lock keeps a worker from claiming the queued job before this transaction ends
-    queued = select(Job.id).where(
-        Job.kind == SPINE_JOB, Job.subject_id == surgery_id, Job.state == JobState.QUEUED
-    )
-    if session.scalars(queued.with_for_update()).first() is not None:
+    if queued(session, surgery_id) is not None:
         return None
     return jobs.add(session, SPINE_JOB, surgery_id, now, {"surgery_id": surgery_id}).id
+
+
+def resubmit(session: Session, surgery_id: str, now: datetime) -> str:
+    """Return the job that computes the spines of a surgery, a new one unless one is queued.
+
+    Parameters
+    ----------
+    session
+        Session that writes.
+    surgery_id
+        Identifier of the surgery.
+    now
+        Time of the request.
+
+    Returns
+    -------
+    str
+        Identifier of the job, which the caller enqueues after the commit.
+
+    Raises
+    ------
+    NotFoundError
+        There is no such surgery.
+    SetupMissingError
+        The surgery has no setup.
+    """
+    spine_setups.get(session, surgery_id)
+    waiting = queued(session, surgery_id)
+    if waiting is not None:
+        return waiting
+    return jobs.add(session, SPINE_JOB, surgery_id, now, {"surgery_id": surgery_id}).id
+
+
+def queued(session: Session, surgery_id: str) -> str | None:
+    """Return the queued job that computes the spines of a surgery, and keep workers from claiming it meanwhile.
+
+    Parameters
+    ----------
+    session
+        Session that writes.
+    surgery_id
+        Identifier of the surgery.
+
+    Returns
+    -------
+    str or None
+        Identifier of the job, None when none is queued.
+    """
+    query = select(Job.id).where(
+        Job.kind == SPINE_JOB, Job.subject_id == surgery_id, Job.state == JobState.QUEUED
+    )
+    return session.scalars(query.with_for_update()).first()
 
 
 def work(session: Session, surgery_id: str, version: str | None = None) -> SpineWork:
@@ -273,17 +321,44 @@ def plans(session: Session, surgery: Surgery, setup: StoredSpineSetup) -> tuple[
         triad is the baseline.
     """
     reference = setup.setup.reference_vertebra or surgery.reference_vertebra
-    posed = (
-        select(Triad.stage_id)
-        .where(
-            Triad.stage_id == Stage.id,
-            Triad.label == reference,
-            Triad.triad["position_mm"].as_string().is_not(None),
-        )
-        .exists()
-    )
+    posed = select(Triad.stage_id).where(Triad.stage_id == Stage.id, is_posed(reference)).exists()
     query = select(Stage, posed).where(Stage.id.in_(stages.counting(surgery.id)))
-    rows = [(stage, has) for stage, has in session.execute(query.order_by(Stage.created_at, Stage.id))]
+    rows = session.execute(query.order_by(Stage.created_at, Stage.id))
+    return plans_of(setup, [(stage, has) for stage, has in rows])
+
+
+def is_posed(vertebra: str) -> ColumnElement[bool]:
+    """Return the condition for the triad of a vertebra that has a pose.
+
+    Parameters
+    ----------
+    vertebra
+        Label of the triad.
+
+    Returns
+    -------
+    ColumnElement
+        The condition on a row of triads.
+    """
+    return and_(Triad.label == vertebra, Triad.triad["position_mm"].as_string().is_not(None))
+
+
+def plans_of(setup: StoredSpineSetup, rows: Sequence[tuple[Stage, bool]]) -> tuple[StagePlan, ...]:
+    """Return what the spine of each measured stage is computed from, as `plans`.
+
+    Parameters
+    ----------
+    setup
+        The setup of the surgery.
+    rows
+        The take of each measured stage whose results count, in order of submission, and whether it has a pose of the
+        reference triad.
+
+    Returns
+    -------
+    tuple of StagePlan
+        In the same order.
+    """
     ids = {stage.name: stage.id for stage, _ in rows}
     clamped = [[ids.get(item.before), ids.get(item.after)] for item in setup.rebaselines]
     compared = comparisons([(stage.name, has) for stage, has in rows], setup.setup.baseline)

@@ -14,12 +14,10 @@ from sqlalchemy.orm import Session, joinedload, selectinload
 import contract.revision
 import contract.triad
 from contract.job import FINAL_STATES, JobState
-from contract.stage import StageResult
 from spinewatch.triads.pose import Pose
-from store import calibrations, images, results
-from store.errors import (
-    ImageDamagedError,
-)
+from store import calibrations, images, pair_results, results
+from store.errors import ImageDamagedError
+from store.measurements import MeasuredStage
 from store.stages import sha256_by_side
 from store.tables import (
     Document,
@@ -94,11 +92,11 @@ class RevisionWork:
     changes
         What was asked for.
     revised
-        The result of the take.
+        The result of the take, and what its pairs were measured from.
     """
 
     changes: contract.revision.NewRevision
-    revised: StageResult
+    revised: MeasuredStage
 
 
 @dataclass(frozen=True)
@@ -193,7 +191,7 @@ def work(session: Session, stage_id: str, max_loaded: int = 0) -> StageWork:
     query = select(Stage).where(Stage.id == stage_id)
     whole = joinedload(Stage.surgery), joinedload(Stage.calibration), selectinload(Stage.further_pairs)
     stage = session.scalars(query.options(*whole)).one()
-    labelled, unended_job = _labelled(session, stage)
+    labelled, unended_job = labelled_before(session, stage)
     return StageWork(
         left=images.content(session, stage.left_sha256),
         right=images.content(session, stage.right_sha256),
@@ -236,7 +234,9 @@ def _revision(session: Session, stage: Stage) -> RevisionWork | None:
     changes = TypeAdapter[contract.revision.NewRevision](contract.revision.NewRevision).validate_python(
         stage.changes
     )
-    return RevisionWork(changes, results.whole(session, session.scalars(query).one()))
+    stage_id = session.scalars(query).one()
+    revised = MeasuredStage(results.whole(session, stage_id), pair_results.all_of(session, stage_id))
+    return RevisionWork(changes, revised)
 
 
 def _earlier(session: Session, stage: Stage, max_loaded: int) -> tuple[EarlierStage, ...]:
@@ -264,11 +264,25 @@ def _whole(session: Session, stage: Stage) -> dict[str, bytes]:
     return found
 
 
-def _labelled(session: Session, stage: Stage) -> tuple[LabelledStage | None, str | None]:
+def labelled_before(session: Session, stage: Stage) -> tuple[LabelledStage | None, str | None]:
     """Return the latest stage before a stage whose result has the poses of all labels, or the job to wait for.
 
     A stage whose job failed or was cancelled is passed over. One whose job has not ended may have all poses, so that a
     stage before it must not be taken: the answer would depend on which job ends first.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    stage
+        The stage, with its surgery.
+
+    Returns
+    -------
+    labelled : LabelledStage or None
+        The stage that decides on labels; None if there is none, or if a job has to end first.
+    unended_job : str or None
+        That job.
     """
     labels = set(stage.surgery.vertebrae)
     order = (

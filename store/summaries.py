@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from sqlalchemy import Text, cast, select
+from sqlalchemy import Text, bindparam, cast, select
 from sqlalchemy.orm import Session, joinedload
 
 from contract.spine_setup import StoredSpineSetup
@@ -74,13 +74,17 @@ def get(session: Session, surgery_id: str) -> SummaryRows:
     """
     surgery = surgeries.get(session, surgery_id)
     setup = spine_setups.find(session, surgery_id)
-    query = select(Stage).where(Stage.surgery_id == surgery_id).order_by(Stage.created_at, Stage.id)
-    takes = session.scalars(query.options(*_WHOLE)).all()
+    takes = session.scalars(_TAKES, {"surgery_id": surgery_id}).all()
     measured = frozenset(stage.id for stage in takes if stage.measurement is not None)
     shown = {stage.name: stage.id for stage in sorted(takes, key=lambda row: (row.id in measured, row.take))}
     triads = _triads(session, surgery_id)
-    planned = () if setup is None else spines.plans(session, surgery, setup)
-    found = spines.stored(session, surgery_id, planned)
+    found: Mapping[str, StoredSpine | None] = {}
+    if setup is not None:
+        posed = _posed(session, surgery_id, setup.setup.reference_vertebra or surgery.reference_vertebra)
+        counting = [
+            (take, take.id in posed) for take in takes if take.id in measured and shown[take.name] == take.id
+        ]
+        found = spines.stored(session, surgery_id, spines.plans_of(setup, counting))
     rows = [
         StageRow(
             stage=stage,
@@ -94,19 +98,32 @@ def get(session: Session, surgery_id: str) -> SummaryRows:
 
 
 def _triads(session: Session, surgery_id: str) -> dict[str, list[str]]:
-    query = select(Triad.stage_id, cast(Triad.triad, Text)).join(Stage, Stage.id == Triad.stage_id)
     found: dict[str, list[str]] = {}
-    rows = session.execute(
-        query.where(Stage.surgery_id == surgery_id).order_by(Triad.stage_id, Triad.position)
-    )
-    for stage_id, triad in rows:
+    for stage_id, triad in session.execute(_TRIADS, {"surgery_id": surgery_id}):
         found.setdefault(stage_id, []).append(triad)
     return found
 
 
-_WHOLE = (
-    joinedload(Stage.job),
-    joinedload(Stage.left),
-    joinedload(Stage.right),
-    joinedload(Stage.measurement).load_only(Measurement.result),
+def _posed(session: Session, surgery_id: str, vertebra: str) -> frozenset[str]:
+    """Return the takes with a pose of a triad."""
+    query = select(Triad.stage_id).join(Stage, Stage.id == Triad.stage_id)
+    return frozenset(session.scalars(query.where(Stage.surgery_id == surgery_id, spines.is_posed(vertebra))))
+
+
+_TAKES = (
+    select(Stage)
+    .where(Stage.surgery_id == bindparam("surgery_id"))
+    .order_by(Stage.created_at, Stage.id)
+    .options(
+        joinedload(Stage.job),
+        joinedload(Stage.left),
+        joinedload(Stage.right),
+        joinedload(Stage.measurement).load_only(Measurement.result),
+    )
+)
+_TRIADS = (
+    select(Triad.stage_id, cast(Triad.triad, Text))
+    .join(Stage, Stage.id == Triad.stage_id)
+    .where(Stage.surgery_id == bindparam("surgery_id"))
+    .order_by(Triad.stage_id, Triad.position)
 )

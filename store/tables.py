@@ -321,7 +321,7 @@ class Burst(Base):
 
 
 class FeatureList(Base):
-    """The features of one image (``contract.stage.Feature``), best score first."""
+    """The features of one image (``contract.features.Feature``), best score first."""
 
     __tablename__ = "features"
 
@@ -329,6 +329,16 @@ class FeatureList(Base):
     side: Mapped[str] = mapped_column(String(8), primary_key=True)
     count: Mapped[int]
     points: Mapped[list[Any]] = mapped_column(JSON, deferred=True)
+
+
+class PairResult(Base):
+    """What a pair of a stage was measured from (``contract.pair_result.PairResult``), as compressed JSON."""
+
+    __tablename__ = "pair_results"
+
+    stage_id: Mapped[str] = mapped_column(ForeignKey("measurements.stage_id"), primary_key=True)
+    pair: Mapped[int] = mapped_column(primary_key=True)
+    content: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
 
 
 class Radiograph(Base):
@@ -450,12 +460,13 @@ class Process(Base):
 
 
 class StepTime(Base):
-    """How often a step of jobs of one kind was done, and the time that all of them took, s."""
+    """How often a step of jobs of one kind took a time of a ``bucket`` (store/step_times.py), and their sum, s."""
 
     __tablename__ = "step_times"
 
     kind: Mapped[str] = mapped_column(String(64), primary_key=True)
     step: Mapped[str] = mapped_column(String(32), primary_key=True)
+    bucket: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
     count: Mapped[int] = mapped_column(BigInteger)
     seconds: Mapped[float] = mapped_column(Double)
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from psycopg.errors import IdleInTransactionSessionTimeout
+import sqlite3
+
+from psycopg.errors import IdleInTransactionSessionTimeout, UndefinedColumn, UndefinedTable
 from sqlalchemy.exc import DBAPIError, OperationalError, TimeoutError
 
 
@@ -22,8 +24,30 @@ def is_unavailable(error: BaseException) -> bool:
     bool
         Whether trying again makes sense.
     """
+    if tables_are_missing(error):
+        return False
     if isinstance(error, OperationalError | TimeoutError):
         return True
     return isinstance(error, DBAPIError) and (
         error.connection_invalidated or isinstance(error.orig, IdleInTransactionSessionTimeout)
     )
+
+
+def tables_are_missing(error: BaseException) -> bool:
+    """Return whether an error says that the database lacks a table or a column: trying again makes no sense.
+
+    Parameters
+    ----------
+    error
+        An error of a transaction.
+
+    Returns
+    -------
+    bool
+        Whether the database is not that of this version.
+    """
+    if not isinstance(error, DBAPIError):
+        return False
+    if isinstance(error.orig, sqlite3.OperationalError):
+        return getattr(error.orig, "sqlite_errorcode", None) == sqlite3.SQLITE_ERROR
+    return isinstance(error.orig, UndefinedTable | UndefinedColumn)

@@ -39,8 +39,7 @@ class Attempt:
         self.lease = lease
         self._database = database
         self._lease_for = lease_for
-        self._started = time.monotonic()
-        self._written = 0.0
+        self._started = self._written = time.monotonic()  # the claim has just been written
         self._fraction = 0.0
         self._step: str | None = None
         self._lost = False

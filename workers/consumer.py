@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from store.queue import JobQueue
 
-_POLL_SECONDS = 0.02
+_POLL_SECONDS = 0.01
 
 
 class Consumer:

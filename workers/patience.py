@@ -8,7 +8,8 @@ from typing import TypeVar
 
 import structlog
 
-from store.unavailable import is_unavailable
+from store.errors import DatabaseNotReadyError
+from store.unavailable import is_unavailable, tables_are_missing
 
 Answer = TypeVar("Answer")
 
@@ -30,12 +31,21 @@ def patiently(action: Callable[[], Answer], seconds: float) -> Answer:
     -------
     Answer
         What the action returns.
+
+    Raises
+    ------
+    DatabaseNotReadyError
+        The database lacks a table or a column.
     """
     deadline = time.monotonic() + seconds
     while True:
         try:
             return action()
         except Exception as error:
+            if tables_are_missing(error):
+                raise DatabaseNotReadyError(
+                    "the database has not the tables of this version; run: spinewatch db upgrade, and the job again"
+                ) from error
             if not is_unavailable(error) or time.monotonic() > deadline:
                 raise
             _log.warning("database_unavailable", error=str(getattr(error, "orig", error)).partition("\n")[0])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 
@@ -11,10 +12,15 @@ import numpy as np
 from spinewatch.arrays import Pixels
 from spinewatch.errors import ImageError
 from spinewatch.flags import Flag
-from spinewatch.imaging.comparison import ComparisonParameters, ImageComparison, compare_images
-from spinewatch.imaging.decoding import decode_image
+from spinewatch.imaging.comparison import (
+    ComparisonParameters,
+    ImageComparison,
+    compare_images,
+    differ_at_first_look,
+)
 from spinewatch.imaging.frame import SIDES, Side
 from store.stage_work import EarlierStage, StageWork
+from workers.decoded_images import DecodedImages
 
 _IDENTICAL = ImageComparison(exact=True, repeated=True, noise_gray=0.0, displacement_px=0.0)
 _OTHER: Mapping[Side, Side] = {"left": "right", "right": "left"}
@@ -29,7 +35,10 @@ class _Repetition:
 
 
 def repetition_flags(
-    work: StageWork, pixels: Mapping[Side, Pixels], parameters: ComparisonParameters | None = None
+    work: StageWork,
+    pixels: Mapping[Side, Pixels],
+    images: DecodedImages,
+    parameters: ComparisonParameters | None = None,
 ) -> Iterator[Flag]:
     """Yield a flag when an image of an earlier stage was sent again, exactly or all but noise.
 
@@ -41,6 +50,8 @@ def repetition_flags(
         The stage and the earlier ones.
     pixels
         Gray levels of its images, shape (H, W), by side.
+    images
+        Decodes those of the earlier stages, and keeps those of the stage for later ones.
     parameters
         Parameters of the comparison.
 
@@ -49,7 +60,9 @@ def repetition_flags(
     Flag
         ``frame-repeated`` for a side that repeats itself, ``pair-mixed`` for an image that was sent as the other side.
     """
-    earlier = [(stage, _decoded(stage)) for stage in reversed(work.earlier)]
+    for side in SIDES:
+        images.keep(work.sha256[side], pixels[side])
+    earlier = [(stage, _decoded(stage, images)) for stage in reversed(work.earlier)]
     found = {side: _repetition(side, work.sha256[side], pixels[side], earlier, parameters) for side in SIDES}
     repeated = {side: repetition for side, repetition in found.items() if repetition is not None}
     if repeated:
@@ -63,9 +76,9 @@ def repetition_flags(
         yield Flag("frame-repeated", f"{parts}{one_side}; send the images that were taken at this stage")
     for side in SIDES:
         other = _OTHER[side]
-        for stage, images in earlier:
+        for stage, shown in earlier:
             same_file = stage.sha256[other] == work.sha256[side]
-            if same_file or (other in images and np.array_equal(images[other], pixels[side])):
+            if same_file or (other in shown and np.array_equal(shown[other], pixels[side])):
                 detail = f"the {side} image is the {other} image of stage {stage.name}; send each image as its own side"
                 yield Flag("pair-mixed", detail)
                 break
@@ -135,15 +148,13 @@ def time_flags(work: StageWork, tolerance: timedelta) -> Iterator[Flag]:
         )
 
 
-def _decoded(stage: EarlierStage) -> dict[str, Pixels]:
+def _decoded(stage: EarlierStage, images: DecodedImages) -> dict[str, Pixels]:
     """Return the images of an earlier stage by side, those that were loaded and can be decoded."""
-    images: dict[str, Pixels] = {}
+    found: dict[str, Pixels] = {}
     for side, content in stage.content.items():
-        try:
-            images[side] = decode_image(content)
-        except ImageError:  # its own job failed by this name
-            continue
-    return images
+        with suppress(ImageError):  # its own job failed by this name
+            found[side] = images.decoded(stage.sha256[side], content)
+    return found
 
 
 def _repetition(
@@ -158,7 +169,7 @@ def _repetition(
         if stage.sha256[side] == sha256:
             return _Repetition(stage.name, _IDENTICAL)
     for stage, images in earlier:
-        if side in images:
+        if side in images and not differ_at_first_look(images[side], pixels, parameters):
             comparison = compare_images(images[side], pixels, parameters)
             if comparison.repeated:
                 return _Repetition(stage.name, comparison)

@@ -1,22 +1,20 @@
-"""Revisions of stages: edits of a result by a person, and the parameters and templates of a new measurement."""
+"""Revisions of stages: the parameters and templates of a new measurement."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import fields
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import to_jsonable_python
 
-from contract.revision import TriadEdits
 from contract.stage import StageResult
-from contract.triad import Triad
 from spinewatch.detection.candidates.templates import TemplateSet, default_template_set
 from spinewatch.errors import ParameterError, SpinewatchError
-from spinewatch.pipeline import LABELS_UNCERTAIN, Parameters
+from spinewatch.pipeline import Parameters
 
-_TAKEN_AWAY = "the label was taken away by a person"
 _PARAMETERS = TypeAdapter(Parameters)
 
 
@@ -24,37 +22,6 @@ class UnknownTemplatesError(SpinewatchError):
     """The worker has no template set of the version that was asked for."""
 
     code = "unknown-templates"
-
-
-def edited(result: StageResult, edits: TriadEdits, vertebrae: Sequence[str]) -> StageResult:
-    """Return a result with the edits of its triads; everything else stays as it was measured.
-
-    Parameters
-    ----------
-    result
-        The result.
-    edits
-        Labels that are confirmed, changed or taken away, and triads that are left out.
-    vertebrae
-        Labels in their order.
-
-    Returns
-    -------
-    StageResult
-        Triads in the order of their labels, those without one last. The flag of uncertain labels stays while a triad
-        has none.
-    """
-    labels = {edit.triad: edit.label for edit in edits.labels}
-    kept = [
-        _labelled(triad, labels[index]) if index in labels else triad
-        for index, triad in enumerate(result.triads)
-        if index not in edits.removed
-    ]
-    place = {label: number for number, label in enumerate(vertebrae)}
-    triads = sorted(kept, key=lambda triad: place.get(triad.label or "", len(place)))
-    certain = all(triad.label is not None for triad in triads)
-    flags = [flag for flag in result.flags if not (certain and flag.code == LABELS_UNCERTAIN)]
-    return result.model_copy(update={"triads": triads, "flags": flags})
 
 
 def revised_parameters(parameters: Parameters, changes: Mapping[str, Any]) -> Parameters:
@@ -88,6 +55,23 @@ def revised_parameters(parameters: Parameters, changes: Mapping[str, Any]) -> Pa
         ) from error
 
 
+def parameters_of(result: StageResult) -> dict[str, Any]:
+    """Return the parameters that a result was measured with, without the settings beside them.
+
+    Parameters
+    ----------
+    result
+        The result.
+
+    Returns
+    -------
+    dict
+        Parameters of the method, nested.
+    """
+    own = {field.name for field in fields(Parameters)}
+    return {name: value for name, value in result.parameters.items() if name in own}
+
+
 def chosen_templates(version: str | None, own: TemplateSet) -> TemplateSet:
     """Return the template set of a version.
 
@@ -117,10 +101,6 @@ def chosen_templates(version: str | None, own: TemplateSet) -> TemplateSet:
         f"this worker has the template sets {own.version} and {shipped.version}; ask for one of them, or set"
         " SPINEWATCH_TEMPLATES"
     )
-
-
-def _labelled(triad: Triad, label: str | None) -> Triad:
-    return triad.model_copy(update={"label": label, "label_reason": _TAKEN_AWAY if label is None else None})
 
 
 def _merged(values: Mapping[str, Any], changes: Mapping[str, Any], place: str) -> dict[str, Any]:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
+from commands.shared.explanation import write_explanation
 from commands.shared.files import read_bytes
 from commands.shared.rig import read_rig
 from commands.shared.stopwatch import Stopwatch
@@ -32,14 +33,13 @@ def measure_pair(
     left: Path,
     right: Path,
     rig_path: Path,
-    labels: tuple[str, ...],
-    spine_axis: Literal["x", "y", "auto"],
-    triads: int | None,
+    request: StageRequest,
     templates_path: Path | None = None,
-    extra_levels: tuple[str, ...] = (),
+    explain: Path | None = None,
 ) -> dict[str, Any]:
     """Return the stage document of two image files, with ``timings_ms`` per step and in total.
 
+    With a folder ``explain`` the images of each step and the candidates are written there.
     Raises a ``SpinewatchError`` that names the file and what is wrong with it.
     """
     rig = read_rig(rig_path)
@@ -50,14 +50,16 @@ def measure_pair(
     clock = Stopwatch()
     clock("decode")
     frames = (
-        Frame(_image(left, left_bytes, rig.left.image_size_px), "left"),
-        Frame(_image(right, right_bytes, rig.right.image_size_px), "right"),
+        Frame(decode_file(left, left_bytes, rig.left.image_size_px), "left"),
+        Frame(decode_file(right, right_bytes, rig.right.image_size_px), "right"),
     )
-    request = StageRequest(labels=labels, spine_axis=spine_axis, triads=triads, extra_levels=extra_levels)
     clock("prepare")
     with ThreadPoolExecutor(max_workers=1) as pool:
-        measurement = StageMeasurer(rig, templates=templates, pool=pool).measure(*frames, request, clock)
+        measurer = StageMeasurer(rig, templates=templates, pool=pool)
+        measurement = measurer.measure(*frames, request, clock, explained=explain is not None)
     timings = clock.stop()
+    if explain is not None:
+        write_explanation(explain, measurer, frames, measurement)
     result = StageResult.of(measurement, version("spinewatch"))
     document = result.model_dump(mode="json")
     long = {name: document.pop(name) for name in _LAST}
@@ -73,7 +75,7 @@ def _templates(path: Path | None) -> TemplateSet:
         raise TemplateError(f"{path}: {error}") from error
 
 
-def _image(path: Path, data: bytes, calibrated_px: tuple[int, int]) -> Pixels:
+def decode_file(path: Path, data: bytes, calibrated_px: tuple[int, int]) -> Pixels:
     """Return the image in a file, (H, W); its size is checked before it is decoded."""
     try:
         size = inspect_image(data).size

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Sequence
 
 from fastapi import Request
+from starlette.concurrency import run_in_threadpool
+from starlette.datastructures import UploadFile
 
 from service.declared_routes import SCOPE_KEY, DeclaredRoute
 from service.problems import InvalidInputError
@@ -25,7 +28,13 @@ async def check_parts(request: Request) -> None:
     route: DeclaredRoute | None = request.scope.get(SCOPE_KEY)
     if route is None:
         return
-    parts = (await request.form()).multi_items()
+    form = await request.form()
+    await run_in_threadpool(
+        _check, route, form.multi_items()
+    )  # megabytes of text would hold all other requests
+
+
+def _check(route: DeclaredRoute, parts: Sequence[tuple[str, UploadFile | str]]) -> None:
     for name, count in Counter(name for name, _ in parts).items():
         if count > 1 and name in route.single_parts:
             raise _error(name, "the part is given twice; send it once")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from threading import BoundedSemaphore
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
@@ -10,16 +9,15 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validat
 from contract.radiograph import ImageSide
 from service.forms.images import File
 from service.problems import InvalidInputError
+from service.radiograph_process import read_apart
 from spinewatch.errors import ImageError, SpinewatchError
 from spinewatch.imaging.header import ImageHeader
 from spinewatch.imaging.pixel_spacing import MAX_SPACING_MM, MIN_SPACING_MM, SpacingSource, plausible_spacing
-from spinewatch.imaging.radiograph_image import RadiographImage, read_radiograph
+from spinewatch.imaging.radiograph_image import RadiographImage
 from store.images import NewImage
 from store.radiographs import NewRadiograph
 
 _NUMBER = r"[0-9]{1,3}(\.[0-9]{1,12})?"
-_CONVERSIONS = BoundedSemaphore(2)
-"""Radiographs that are converted at the same time: each may take some 300 MB."""
 
 
 class PixelSpacingMissingError(SpinewatchError):
@@ -87,11 +85,10 @@ class RadiographForm(BaseModel):
 
 def read_new_radiograph(form: RadiographForm) -> NewRadiograph:
     """Return the radiograph without the metadata of its file; raises ``InvalidInputError``, which names the part."""
-    with _CONVERSIONS:
-        try:
-            found = read_radiograph(form.image.file.read())
-        except ImageError as error:
-            raise InvalidInputError("image", error) from error
+    try:
+        found = read_apart(form.image.file)
+    except ImageError as error:
+        raise InvalidInputError("image", error) from error
     spacing, source = _spacing(form, found)
     return NewRadiograph(
         view=form.view,

@@ -14,7 +14,7 @@ from service.parameters import TextTime, TimeImplausibleError, require_plausible
 from service.problems import InvalidInputError
 from spinewatch.errors import ImageSizeError, SameImageError, SpinewatchError
 from store.images import NewImage
-from store.stages import NewPair, NewStage
+from store.stage_submission import NewPair, NewStage
 from store.tables import Calibration
 
 MAX_PAIRS = 60

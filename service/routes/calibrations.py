@@ -12,7 +12,7 @@ from fastapi.responses import HTMLResponse
 from pydantic import PlainValidator
 
 import spinewatch.camera
-from contract.calibration import Calibration, CalibrationDetail, CalibrationReport
+from contract.calibration import Calibration, CalibrationBrief, CalibrationDetail, CalibrationReport
 from contract.calibration_check import ChecksSummary
 from contract.job import Job
 from contract.page import Listing
@@ -107,7 +107,7 @@ def create_calibration(
     require_plausible_time("calibrated_at", calibrated_at, now, tolerance, "query")
     with once.write() as session:
         row = calibrations.add(session, rig, now, actor, calibrated_at)
-        document = _detail(row, ChecksSummary(stages=0, drifted=0, old=0))
+        document = _detail(row, None, ChecksSummary(stages=0, drifted=0, old=0))
         return once.answer(document, 201, Location=f"{router.prefix}/{row.id}")
 
 
@@ -115,7 +115,7 @@ def create_calibration(
     "/from-images",
     status_code=202,
     dependencies=[Depends(multipart_body)],
-    responses={**ACCEPTED, **problems(400, 413, 415, 422)},
+    responses={**ACCEPTED, **problems(400, 409, 413, 415, 422)},
     response_model=Job,
 )
 def calibrate_from_images(
@@ -163,7 +163,8 @@ def list_calibrations(
     paging = Paging(part.limit, sort, part.cursor, **filters)
     with database.read() as session:
         page = calibrations.listed(session, paging.wanted, **filters)
-    items = [Calibration.model_validate(_fields(row)) for row in page.items]
+        briefs = calibrations.briefs(session, [row.id for row in page.items])
+    items = [Calibration.model_validate(_fields(row, briefs.get(row.id))) for row in page.items]
     listing = Listing[Calibration].model_validate(paging.document(page, items))
     return document_response(listing, part.if_none_match)
 
@@ -177,7 +178,8 @@ def get_calibration(
     """Get a calibration with its report and a summary of its checks."""
     with database.read() as session:
         row = calibrations.get_with_report(session, calibration_id)
-        document = _detail(row, calibration_checks.summary(session, calibration_id))
+        brief = calibrations.briefs(session, [calibration_id]).get(calibration_id)
+        document = _detail(row, brief, calibration_checks.summary(session, calibration_id))
     return document_response(document, if_none_match)
 
 
@@ -213,12 +215,14 @@ def get_calibration_image(
         return file_response(session, shot.left if side == "left" else shot.right, if_none_match)
 
 
-def _detail(row: tables.Calibration, checks: ChecksSummary) -> CalibrationDetail:
+def _detail(
+    row: tables.Calibration, brief: CalibrationBrief | None, checks: ChecksSummary
+) -> CalibrationDetail:
     report = None if row.report is None else _report(row.report)
-    return CalibrationDetail.model_validate({**_fields(row), "report": report, "checks": checks})
+    return CalibrationDetail.model_validate({**_fields(row, brief), "report": report, "checks": checks})
 
 
-def _fields(row: tables.Calibration) -> dict[str, Any]:
+def _fields(row: tables.Calibration, brief: CalibrationBrief | None) -> dict[str, Any]:
     return {
         "id": row.id,
         "name": row.name,
@@ -226,13 +230,15 @@ def _fields(row: tables.Calibration) -> dict[str, Any]:
         "calibrated_at": row.calibrated_at,
         "created_at": row.created_at,
         "has_report": row.report is not None,
+        "brief": brief,
     }
 
 
 def _report(row: tables.CalibrationReport) -> CalibrationReport:
-    """Return the model of a row with its request, shots and images."""
-    shots = [
-        {**shot, "images": image_pair(sent.left, sent.right)}
-        for shot, sent in zip(row.report["shots"], row.request.shots, strict=True)
-    ]
+    """Return the model of a row with its request, shots and images; shots are named by their number."""
+    shots = []
+    for shot in row.report["shots"]:
+        number = int(shot["name"])
+        sent = row.request.shots[number - 1]
+        shots.append({**shot, "number": number, "images": image_pair(sent.left, sent.right)})
     return CalibrationReport.model_validate({**row.report, "shots": shots, "version": row.version})

@@ -13,6 +13,8 @@ from service.problems import problem, problem_response
 from service.readiness import ReadinessChecks
 from store.revision import REVISION, require_revision
 
+_VERSION = version("spinewatch")
+
 router = APIRouter(tags=["health"])
 
 _RETRY_SECONDS = 5
@@ -22,12 +24,12 @@ _NOT_READY: dict[int | str, dict[str, Any]] = {
 }
 
 
-def _instance(request: Request) -> str:
+async def _instance(request: Request) -> str:
     instance: str = request.app.state.instance
     return instance
 
 
-def _readiness(request: Request) -> ReadinessChecks:
+async def _readiness(request: Request) -> ReadinessChecks:
     checks: ReadinessChecks = request.app.state.readiness
     return checks
 
@@ -40,15 +42,15 @@ ReadinessDep = Annotated[ReadinessChecks, Depends(_readiness)]
 def get_health(database: DatabaseDep, known: KnownDep) -> Health:
     """Get whether the server answers; with an API key 503 unless the database has the tables of this version."""
     if not known:
-        return Health(status="live", version=version("spinewatch"))
+        return Health(status="live", version=_VERSION)
     require_revision(database)
-    return Health(status="ready", version=version("spinewatch"), revision=REVISION)
+    return Health(status="ready", version=_VERSION, revision=REVISION)
 
 
 @router.get("/health/live")
 async def get_liveness(instance: InstanceDep) -> Liveness:
     """Get whether the server answers requests; nothing else is asked, so that it answers while the database cannot."""
-    return Liveness(status="live", instance=instance, version=version("spinewatch"))
+    return Liveness(status="live", instance=instance, version=_VERSION)
 
 
 @router.get("/health/ready", responses=_NOT_READY, response_model=Readiness)
@@ -60,7 +62,7 @@ async def get_readiness(
     failed = [check for check in checks if not check.ok]
     if not failed:
         return Readiness(
-            status="ready", instance=instance, version=version("spinewatch"), revision=REVISION, checks=checks
+            status="ready", instance=instance, version=_VERSION, revision=REVISION, checks=checks
         )
     reasons = "; ".join(f"{check.name}: {check.detail}" for check in failed)
     not_ready = problem(503, f"the service is not ready: {reasons}", "not-ready")

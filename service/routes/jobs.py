@@ -11,7 +11,7 @@ from contract.base import Identifier
 from contract.job import FINAL_STATES, Job, JobState
 from contract.page import Listing
 from contract.problem import Problem
-from service.dependencies import ActorDep, DatabaseDep, problems
+from service.dependencies import ActorDep, AdmissionDep, DatabaseDep, problems
 from service.etags import NOT_MODIFIED, IfNoneMatch, document_response
 from service.idempotency import OnceDep
 from service.paging import CreatedDep, CreatedSort, Paging, PartDep, StateFilter
@@ -72,6 +72,7 @@ async def get_job(
     job_id: JobId,
     database: DatabaseDep,
     watch: WatchDep,
+    admission: AdmissionDep,
     wait: Annotated[
         float,
         Query(
@@ -85,7 +86,7 @@ async def get_job(
     """Get a job, at once or when it has ended."""
     job = await run_in_threadpool(_read, database, job_id)
     if wait and job.state not in FINAL_STATES:
-        await watch.job_end(job_id, wait)
+        await watch.job_end(job_id, wait, admission)
         job = await run_in_threadpool(_read, database, job_id)
     return document_response(job, if_none_match)
 

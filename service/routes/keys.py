@@ -9,6 +9,7 @@ from fastapi import APIRouter, Depends, Path, Response
 from contract.key import CreatedKey, Key, NewKey
 from contract.page import Listing
 from service.dependencies import ActorDep, DatabaseDep, json_body, problems
+from service.idempotency import refuse_key
 from service.paging import CreatedSort, CursorText, Limit, Paging
 from store import keys, tables
 from store.clock import utc_now
@@ -18,9 +19,14 @@ router = APIRouter(prefix="/v1/keys", tags=["access"])
 Prefix = Annotated[str, Path(description="Visible part of the key.")]
 
 
-@router.post("", status_code=201, dependencies=[Depends(json_body)], responses=problems(413, 415, 422))
+@router.post(
+    "",
+    status_code=201,
+    dependencies=[Depends(refuse_key), Depends(json_body)],
+    responses=problems(413, 415, 422),
+)
 def create_key(new: NewKey, database: DatabaseDep, actor: ActorDep, response: Response) -> CreatedKey:
-    """Make a key; the answer is the only one that contains it."""
+    """Make a key; the answer is the only one that contains it, so that no Idempotency-Key is taken."""
     with database.write() as session:
         row, secret = keys.add(session, new, utc_now(), actor)
     response.headers["Location"] = f"{router.prefix}/{row.prefix}"

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated
 
-from fastapi import APIRouter, Depends, Form, Path, Response
+from anyio import CapacityLimiter, to_thread
+from fastapi import APIRouter, Depends, Form, Path, Request, Response
+from starlette.concurrency import run_in_threadpool
 
+from contract.event import Actor
 from contract.page import Listing
 from contract.radiograph import (
     NewRadiographFit,
@@ -18,7 +21,7 @@ from contract.radiograph import (
 from service.dependencies import CREATED, ActorDep, DatabaseDep, json_body, multipart_body, problems
 from service.etags import NOT_MODIFIED, IfNoneMatch, document_response
 from service.forms.radiograph import RadiographForm, read_new_radiograph
-from service.idempotency import OnceDep
+from service.idempotency import Once, OnceDep
 from service.images import FILE_RESPONSES, file_response, image_of
 from service.paging import CreatedSort, Paging, PartDep
 from service.parameters import SurgeryId
@@ -30,10 +33,21 @@ from spinewatch.spine.radiographs import initial_from_radiographs
 from spinewatch.triads.pose import Pose
 from store import measurements, radiographs, surgeries, tables
 from store.clock import utc_now
+from store.database import Database
+from store.radiographs import NewRadiograph
 
 router = APIRouter(prefix="/v1/surgeries/{surgery_id}/radiographs", tags=["radiographs"])
 
 RadiographId = Annotated[str, Path(description="Identifier of the radiograph.")]
+
+
+def _decoding(request: Request) -> CapacityLimiter:
+    turns: CapacityLimiter = request.app.state.decoding
+    return turns
+
+
+DecodingDep = Annotated[CapacityLimiter, Depends(_decoding)]
+"""Turns at decoding a radiograph: each takes a core and some hundred megabytes."""
 
 
 class UnknownRadiographError(SpinewatchError):
@@ -49,10 +63,11 @@ class UnknownRadiographError(SpinewatchError):
     responses={**CREATED, **problems(400, 404, 413, 415, 422)},
     response_model=Radiograph,
 )
-def add_radiograph(
+async def add_radiograph(
     surgery_id: SurgeryId,
     form: Annotated[RadiographForm, Form(media_type="multipart/form-data")],
     database: DatabaseDep,
+    turns: DecodingDep,
     once: OnceDep,
     actor: ActorDep,
 ) -> Response:
@@ -61,13 +76,9 @@ def add_radiograph(
     The file itself is not stored: a new PNG is made from its pixels, so that nothing else of it remains. A DICOM file
     must be uncompressed; its first window is applied.
     """
-    with database.read() as session:
-        surgeries.get(session, surgery_id)
-    new = read_new_radiograph(form)
-    with once.write() as session:
-        row = radiographs.add(session, surgery_id, new, utc_now(), actor)
-        location = f"/v1/surgeries/{surgery_id}/radiographs/{row.id}"
-        return once.answer(_radiograph(row), 201, Location=location)
+    await run_in_threadpool(_require_surgery, database, surgery_id)
+    new = await to_thread.run_sync(read_new_radiograph, form, limiter=turns)
+    return await run_in_threadpool(_added, surgery_id, new, once, actor)
 
 
 @router.get("", responses={**NOT_MODIFIED, **problems(404, 422)}, response_model=Listing[Radiograph])
@@ -89,7 +100,10 @@ def list_radiographs(
 
 @router.post("/fit", dependencies=[Depends(json_body)], responses=problems(404, 409, 413, 415, 422))
 def try_radiograph_fit(surgery_id: SurgeryId, new: NewRadiographFit, database: DatabaseDep) -> RadiographFit:
-    """Try how landmarks fit to object space and the views to each other; nothing is stored."""
+    """Try how landmarks fit to object space and the views to each other.
+
+    Nothing is stored, so that it may be sent again without an Idempotency-Key.
+    """
     with database.read() as session:
         surgery = surgeries.get(session, surgery_id)
         views, kinds = radiographs.views(session, surgery_id), radiographs.kinds(session, surgery_id)
@@ -133,6 +147,18 @@ def get_radiograph_image(
     with database.read() as session:
         row = radiographs.get(session, surgery_id, radiograph_id)
         return file_response(session, row.image, if_none_match)
+
+
+def _require_surgery(database: Database, surgery_id: str) -> None:
+    with database.read() as session:
+        surgeries.get(session, surgery_id)
+
+
+def _added(surgery_id: str, new: NewRadiograph, once: Once, actor: Actor) -> Response:
+    with once.write() as session:
+        row = radiographs.add(session, surgery_id, new, utc_now(), actor)
+        location = f"/v1/surgeries/{surgery_id}/radiographs/{row.id}"
+        return once.answer(_radiograph(row), 201, Location=location)
 
 
 def _view(

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from datetime import timedelta
 
-from fastapi import APIRouter, Request, Response
+from fastapi import APIRouter, Depends, Request, Response
 
 from contract.session import Identity
 from service.access import COOKIE, Principal
 from service.dependencies import ActorDep, DatabaseDep, PrincipalDep, problems
+from service.idempotency import refuse_key
 from service.problems import KeyRequiredError
 from store import keys, sessions
 from store.clock import utc_now
@@ -16,11 +17,14 @@ from store.clock import utc_now
 router = APIRouter(prefix="/v1/session", tags=["access"])
 
 
-@router.post("", status_code=201, responses=problems())
+@router.post("", status_code=201, dependencies=[Depends(refuse_key)], responses=problems(422))
 def create_session(
     request: Request, response: Response, database: DatabaseDep, actor: ActorDep, principal: PrincipalDep
 ) -> Identity:
-    """Start a session with the API key in the Authorization header; the answer sets its cookie."""
+    """Start a session with the API key in the Authorization header; the answer sets its cookie.
+
+    The cookie is a secret, which is not stored, so that no Idempotency-Key is taken.
+    """
     if principal.session_token is not None:
         raise KeyRequiredError("send the API key itself to start a session: Authorization: Bearer KEY")
     now = utc_now()

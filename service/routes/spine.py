@@ -9,17 +9,34 @@ from fastapi import APIRouter, Body, Depends, Query, Request, Response
 from sqlalchemy.orm import Session
 
 from contract.event import Actor
+from contract.job import Job
 from contract.page import Listing
 from contract.setup_checks import check_rebaseline, check_setup
 from contract.spine import StageSpine
-from contract.spine_setup import NewRebaseline, SpineSetup, StoredRebaseline, StoredSpineSetup
-from service.dependencies import ActorDep, DatabaseDep, QueueDep, csv_body, enqueue, json_body, problems
+from contract.spine_setup import (
+    NewRebaseline,
+    SetupRevision,
+    SpineSetup,
+    StoredRebaseline,
+    StoredSpineSetup,
+)
+from service.dependencies import (
+    ACCEPTED,
+    ActorDep,
+    DatabaseDep,
+    QueueDep,
+    csv_body,
+    enqueue,
+    json_body,
+    problems,
+)
 from service.etags import NOT_MODIFIED, IfMatch, IfNoneMatch, document_response, require_match
 from service.forms.spine_csv import parse_poses
 from service.idempotency import OnceDep
 from service.paging import Paging, PartDep
 from service.parameters import StagePath, SurgeryId
-from store import spine_setups, spines
+from service.routes.jobs import job_of
+from store import jobs, spine_setups, spines
 from store.clock import utc_now
 from store.database import Database
 from store.page import Position, page_of_items
@@ -120,7 +137,7 @@ def get_spine_setup(
 @router.get(
     "/spine/revisions",
     responses={**NOT_MODIFIED, **problems(404, 422)},
-    response_model=Listing[StoredSpineSetup],
+    response_model=Listing[SetupRevision],
 )
 def list_spine_setups(surgery_id: SurgeryId, database: DatabaseDep, part: PartDep) -> Response:
     """List all revisions of a surgery's setup, newest first, with the markers clamped again up to the next one."""
@@ -130,7 +147,7 @@ def list_spine_setups(surgery_id: SurgeryId, database: DatabaseDep, part: PartDe
     page = page_of_items(
         found[::-1], lambda item: Position(str(item.revision), item.surgery_id), paging.wanted
     )
-    listing = Listing[StoredSpineSetup].model_validate(paging.document(page, page.items))
+    listing = Listing[SetupRevision].model_validate(paging.document(page, page.items))
     return document_response(listing, part.if_none_match)
 
 
@@ -171,6 +188,26 @@ def get_stage_spine(
     with database.read() as session:
         text = spines.get(session, surgery_id, name)
     return document_response(text, if_none_match)
+
+
+@router.post(
+    "/spine/computations",
+    status_code=202,
+    responses={**ACCEPTED, **problems(404, 409, 422)},
+    response_model=Job,
+)
+def compute_spines(surgery_id: SurgeryId, once: OnceDep, queue: QueueDep) -> Response:
+    """Compute the spines that are missing or out of date again, for example after their job has failed.
+
+    A job that is queued already is answered instead of another one.
+    """
+    with once.write() as session:
+        job_id = spines.resubmit(session, surgery_id, utc_now())
+        session.flush()
+        job = job_of(jobs.get(session, job_id), None)
+        answer = once.answer(job, 202, Location=f"/v1/jobs/{job_id}")
+    enqueue(queue, job_id)
+    return answer
 
 
 def _store(

@@ -346,6 +346,48 @@ class FitDoubts:
     flagged: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class FitLimits:
+    """Limits that a fit is compared with.
+
+    Attributes
+    ----------
+    rms_px
+        Image RMS above which it is flagged, px.
+    baseline_sd_mm
+        Standard deviation of the baseline above which it is flagged, and refused, mm.
+    reconstruction_mm
+        RMS of the reconstructed control points per coordinate above which it is flagged, and refused, mm.
+    """
+
+    rms_px: float
+    baseline_sd_mm: tuple[float, float]
+    reconstruction_mm: tuple[float, float]
+
+
+def fit_limits(rig: Rig, shots: Sequence[Shot], parameters: PlausibilityParameters) -> FitLimits:
+    """Return the limits of the fit of a rig to its shots.
+
+    Parameters
+    ----------
+    rig
+        The rig.
+    shots
+        Its shots without blunders.
+    parameters
+        Limits as fractions of baseline and field.
+
+    Returns
+    -------
+    FitLimits
+        Limits, px and mm.
+    """
+    baseline = parameters.baseline_sd * rig.baseline_mm
+    residual = parameters.residual_of_field * _diagonal_mm(shots)
+    doubt = parameters.doubtful
+    return FitLimits(parameters.rms_px, (doubt * baseline, baseline), (doubt * residual, residual))
+
+
 def fit_doubts(
     rig: Rig, shots: Sequence[Shot], adjustment: BundleAdjustment, parameters: PlausibilityParameters
 ) -> FitDoubts:
@@ -373,20 +415,23 @@ def fit_doubts(
         return FitDoubts(("the points leave the cameras undetermined",), ())
     refused: list[str] = []
     flagged: list[str] = []
-    doubt = parameters.doubtful
+    limits = fit_limits(rig, shots, parameters)
     rms_px = adjustment.rms_px
-    if rms_px > parameters.rms_px:
+    if rms_px > limits.rms_px:
         alone = _single_camera_rms_px(adjustment)
         text = f"image RMS {rms_px:.2f} px, each camera alone {alone:.2f} px"
         (refused if rms_px > parameters.rms_of_single * alone else flagged).append(text)
-    baseline, sd = rig.baseline_mm, baseline_sd_mm(adjustment)
-    if not sd <= doubt * parameters.baseline_sd * baseline:
-        text = f"baseline {baseline:.4g} +- {sd:.2g} mm"
-        (flagged if sd <= parameters.baseline_sd * baseline else refused).append(text)
-    residual, diagonal = _residual_mm(rig, shots, adjustment), _diagonal_mm(shots)
-    if residual > doubt * parameters.residual_of_field * diagonal:
-        text = f"control points reconstructed with an RMS error of {residual:.2g} mm in a field of {diagonal:.0f} mm"
-        (flagged if residual <= parameters.residual_of_field * diagonal else refused).append(text)
+    sd, (doubtful, impossible) = baseline_sd_mm(adjustment), limits.baseline_sd_mm
+    if not sd <= doubtful:
+        text = f"baseline {rig.baseline_mm:.4g} +- {sd:.2g} mm"
+        (flagged if sd <= impossible else refused).append(text)
+    residual, (doubtful, impossible) = _residual_mm(rig, shots, adjustment), limits.reconstruction_mm
+    if residual > doubtful:
+        text = (
+            f"control points reconstructed with an RMS error of {residual:.2g} mm in a field of"
+            f" {_diagonal_mm(shots):.0f} mm"
+        )
+        (flagged if residual <= impossible else refused).append(text)
     return FitDoubts(tuple(refused), tuple(flagged))
 
 

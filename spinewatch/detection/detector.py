@@ -97,8 +97,13 @@ class BallDetector:
         refined = refine((left_proposals, right_proposals), self.centres, pool)
         exposure = exposure_flags(left.gray(), right.gray(), self.searches[0].parameters.quality)
         detections = [
-            self._assessed(number, frames[number], replace(found, features=features), flags)
-            for number, (found, features, flags) in enumerate(
+            self._assessed(
+                number,
+                frames[number],
+                replace(found, features=view.features, discarded=view.discarded),
+                flags,
+            )
+            for number, (found, view, flags) in enumerate(
                 zip((left_found, right_found), refined, exposure, strict=True)
             )
         ]
@@ -140,8 +145,8 @@ class BallDetector:
         negative = replace(frame, pixels=frame.pixels.max() - frame.pixels)
         candidates = self.searches[number].detect(negative).features
         proposals = propose(self.views[number], negative, candidates, self.networks, self.centres)
-        features, _ = refine((proposals, proposals), self.centres)
-        count = int((features.score > p.min_ball_score).sum())
+        view, _ = refine((proposals, proposals), self.centres)
+        count = int((view.features.score > p.min_ball_score).sum())
         return count >= max(p.min_balls, p.min_negative_ratio * balls)
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from spinewatch.arrays import Float
+from spinewatch.arrays import Bool, Float, Int
 from spinewatch.camera import Camera
 from spinewatch.geometry.rays import Rays
+
+HIDDEN = -1
+"""Index of a feature that stands for a ball that is hidden in an image."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +28,8 @@ class Features:
         Covariances of the centres, shape (n, 2, 2), px^2.
     visible
         Visible fraction of the ball's outline, 0 to 1, shape (n,); None before refinement.
+    manual
+        Whether a person placed the centre, shape (n,); None when no person did.
 
     Examples
     --------
@@ -37,9 +42,15 @@ class Features:
     score: Float
     covariance_px2: Float
     visible: Float | None = None
+    manual: Bool | None = None
 
     def __len__(self) -> int:
         return len(self.xy_px)
+
+    @property
+    def is_manual(self) -> Bool:
+        """Whether a person placed the centre, shape (n,)."""
+        return np.zeros(len(self), dtype=bool) if self.manual is None else self.manual
 
     def take(self, index: object) -> Features:
         """Return a selection of the features.
@@ -56,7 +67,8 @@ class Features:
         """
         i = np.asarray(index)
         visible = None if self.visible is None else self.visible[i]
-        return Features(self.xy_px[i], self.score[i], self.covariance_px2[i], visible)
+        manual = None if self.manual is None else self.manual[i]
+        return Features(self.xy_px[i], self.score[i], self.covariance_px2[i], visible, manual)
 
     def rays(self, camera: Camera, extra_sd_mrad: float = 0.0) -> Rays:
         """Return the rays of the features with their uncertainty.
@@ -110,3 +122,59 @@ class Features:
             np.asarray(score, dtype=np.float64).reshape(n),
             np.broadcast_to(np.eye(2) * sigma_px**2, (n, 2, 2)).copy(),
         )
+
+
+@dataclass(frozen=True, eq=False)
+class DiscardedCandidates:
+    """Candidates of one image that did not become features, best score first.
+
+    Attributes
+    ----------
+    xy_px
+        Centres of their outlines (u, v), shape (n, 2), px.
+    score
+        Scores in [0, 1], shape (n,).
+    same_ball
+        Whether they are the ball of a feature, shape (n,); others have a score too low.
+    feature
+        Index of that feature, shape (n,); `HIDDEN` for others, and where a person has removed it.
+    """
+
+    xy_px: Float
+    score: Float
+    same_ball: Bool
+    feature: Int
+
+    def __len__(self) -> int:
+        return len(self.xy_px)
+
+    @classmethod
+    def empty(cls) -> DiscardedCandidates:
+        """Return no candidates.
+
+        Returns
+        -------
+        DiscardedCandidates
+            Arrays of length 0.
+        """
+        none = np.empty(0, dtype=bool)
+        return cls(np.empty((0, 2)), np.empty(0), none, np.empty(0, dtype=np.intp))
+
+    def beside(self, found: Features, features: Features) -> DiscardedCandidates:
+        """Return the candidates with the indices of other features, after edits.
+
+        Parameters
+        ----------
+        found
+            The features that the indices refer to.
+        features
+            The features to refer to.
+
+        Returns
+        -------
+        DiscardedCandidates
+            The candidates; the same features are those at the same centres.
+        """
+        place = {tuple(xy): k for k, xy in enumerate(features.xy_px.tolist())}
+        feature = [HIDDEN if k == HIDDEN else place.get(tuple(found.xy_px[k]), HIDDEN) for k in self.feature]
+        return replace(self, feature=np.array(feature, dtype=np.intp))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import cast
 
 import cv2
@@ -44,6 +44,9 @@ class ComparisonParameters:
     max_pixels
         Larger images are reduced by a whole factor to at most about as many pixels; all lengths in px are of the
         reduced image.
+    look_margin
+        The first look decides when even this multiple of the fraction of tiles that count there, or of the largest that
+        can, is too small.
     """
 
     tile_px: int = 48
@@ -56,6 +59,7 @@ class ComparisonParameters:
     saturated_gray: float = 250.0
     sample_step: int = 3
     max_pixels: int = 1_000_000
+    look_margin: float = 2.0
 
 
 @dataclass(frozen=True)
@@ -129,7 +133,7 @@ def compare_images(
         return ImageComparison(False, False, float("nan"), float("nan"))
     if np.array_equal(first, second):
         return ImageComparison(True, True, 0.0, 0.0)
-    factor = math.ceil(math.sqrt(first.size / p.max_pixels))
+    factor = _factor(first, p)
     a, b = to_gray(_reduced(first, factor)), to_gray(_reduced(second, factor))
     valid = (a < p.saturated_gray) & (b < p.saturated_gray)
     sample = (slice(None, None, p.sample_step), slice(None, None, p.sample_step))
@@ -141,6 +145,62 @@ def compare_images(
     repeated = changed <= p.max_changed_fraction
     quantile = float(np.quantile(displacement, 1 - p.max_changed_fraction, method="lower"))
     return ImageComparison(False, repeated, noise, factor * quantile)
+
+
+def differ_at_first_look(
+    first: Pixels, second: Pixels, parameters: ComparisonParameters | None = None
+) -> bool:
+    """Return whether the middle row of tiles shows already that one image does not repeat the other.
+
+    It costs a tenth of `compare_images`, which decides where this does not.
+
+    Parameters
+    ----------
+    first, second
+        Gray levels, shape (H, W), 8 or 16 bits.
+    parameters
+        Parameters; the defaults by default.
+
+    Returns
+    -------
+    bool
+        True when the difference is so large beside the texture that far too few tiles count, or when more tiles of the
+        row have moved or changed than may have in a whole repeated image.
+
+    Notes
+    -----
+    A tile counts when the smaller eigenvalue of its gradients' covariance exceeds a limit in proportion to the squared
+    noise. The mean square of the horizontal gradient is no smaller than that eigenvalue, and by Markov's inequality the
+    fraction of tiles above the limit is at most the mean over the limit.
+    """
+    p = parameters or ComparisonParameters()
+    if first.shape != second.shape:
+        return True
+    factor = _factor(first, p)
+    rows, columns = (size // factor // p.tile_px for size in first.shape)
+    if rows * columns == 0:
+        return False
+    row = slice(rows // 2 * p.tile_px * factor, (rows // 2 + 1) * p.tile_px * factor)
+    a, b = to_gray(_reduced(first[row], factor)), to_gray(_reduced(second[row], factor))
+    valid = (a < p.saturated_gray) & (b < p.saturated_gray)
+    chosen = valid[:: p.sample_step, :: p.sample_step]
+    sampled = (image[:: p.sample_step, :: p.sample_step][chosen] for image in (a, b))
+    gain, offset, noise = _fit_brightness(*sampled)
+    if not math.isfinite(noise):
+        return False
+    a, b = gain * a, b - offset
+    mean = float(np.square(a[:, 2:] - a[:, :-2]).mean()) / 4
+    if p.look_margin * mean * (p.tile_px * p.max_displacement_sd_px) ** 2 < p.min_counted_fraction * noise**2:
+        return True
+    sparse = replace(p, min_counted_fraction=p.min_counted_fraction / p.look_margin)
+    changed, displacement = _compare_tiles(a, b, valid, noise, sparse)
+    # without texture in the middle row the whole image decides
+    return len(displacement) > 0 and changed > p.max_changed_fraction * rows
+
+
+def _factor(image: Pixels, p: ComparisonParameters) -> int:
+    """Return the factor by which an image is reduced."""
+    return math.ceil(math.sqrt(image.size / p.max_pixels))
 
 
 def _reduced(image: Pixels, factor: int) -> Pixels:

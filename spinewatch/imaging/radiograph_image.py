@@ -106,6 +106,8 @@ def _gray_levels(data: bytes) -> Pixels:
                     white = (1 << int(tags[_BITS_TAG][0])) - 1
                     return (white - deep.astype(np.int32)).astype(np.uint16)
                 return deep
+        except MemoryError:  # says nothing of the file
+            raise
         except Exception as error:  # decoders of hostile bytes raise exceptions of any class
             raise ImageError("the image is damaged or incomplete; copy it again") from error
     raise ImageError("the image has an orientation tag; save it upright, without one")

@@ -120,6 +120,60 @@ def identify_triads(
     return found.take(order[found.distance_chi2[order] <= limit])
 
 
+@dataclass(frozen=True, eq=False)
+class DiscardedTuples:
+    """t tuples of points whose distances are near those of a marker, and which `identify_triads` discards.
+
+    Attributes
+    ----------
+    point
+        Indices of points in the order of the model's balls, shape (t, n).
+    error_mm
+        Errors of the distance matrix (eq. 5.17), shape (t,), mm.
+    distinct
+        Whether their balls have different features in both images (heuristic H1), shape (t,).
+    same_handed
+        Whether they are not the mirror image of the marker, shape (t,).
+    """
+
+    point: Int
+    error_mm: Float
+    distinct: Bool
+    same_handed: Bool
+
+
+def discarded_tuples(
+    points: Points, model: TriadModel, parameters: IdentificationParameters
+) -> DiscardedTuples:
+    """Return the tuples within the tolerance of each distance that `identify_triads` discards.
+
+    Parameters
+    ----------
+    points
+        Triangulated points.
+    model
+        The marker.
+    parameters
+        Limits of the distance errors.
+
+    Returns
+    -------
+    DiscardedTuples
+        Tuples by increasing error. Those that are distinct and same-handed failed the chi-square test.
+    """
+    tuples = _fitting_tuples(points, model, parameters, distinct=False)
+    rated = _rate_tuples(tuples, points, model, parameters)
+    distinct = np.ones(len(tuples), dtype=bool)
+    for a, b in model.pairs:
+        distinct &= _distinct(points, tuples[:, a], tuples[:, b])
+    same_handed = np.asarray(model.matches_chirality(points.position_mm[tuples]))
+    limit = float(chi2.isf(parameters.significance, _dof(model)))
+    kept = distinct & same_handed & (rated.distance_chi2 <= limit)
+    order = np.argsort(rated.error_mm, kind="stable")
+    order = order[~kept[order]]
+    return DiscardedTuples(tuples[order], rated.error_mm[order], distinct[order], same_handed[order])
+
+
 def distance_errors(balls_mm: Float, model: TriadModel) -> Float:
     """Return measured minus model distances.
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from spinewatch.arrays import Bool, Float, Int
 from spinewatch.camera import Rig
+from spinewatch.detection.features import HIDDEN
 from spinewatch.geometry.transforms import approximate_poses
 from spinewatch.markers import TriadModel
 from spinewatch.matching.chain import ChainCandidates, ChainParameters, best_chain
@@ -24,9 +25,6 @@ from spinewatch.matching.identification import Triplets
 from spinewatch.matching.points import Points
 
 SpineAxis = Literal["x", "y", "auto"]
-
-HIDDEN = -1
-"""Feature index of a ball that is hidden in an image."""
 
 MAX_BALLS = 4
 """Largest number of balls of a marker: columns of the feature indices of candidates."""
@@ -273,12 +271,30 @@ def _best_chain(
     axis: SpineAxis,
 ) -> tuple[Int, float]:
     """Return the indices (k,) of the most likely chain, and its log-odds."""
-    volume = max(float(np.prod(np.ptp(points.position_mm, axis=0))), parameters.min_volume_mm3)
+    volume = chance_volume_mm3(points, parameters)
     chain = ChainCandidates(candidates.origin_mm, candidates.log_odds, _exclusive(candidates, parameters))
     axes = (0, 1) if axis == "auto" else ("xy".index(axis),)
     return max(
         (best_chain(chain, a, volume, max_length, parameters.chain) for a in axes), key=lambda found: found[1]
     )
+
+
+def chance_volume_mm3(points: Points, parameters: SelectionParameters) -> float:
+    """Return the volume in which chance triads are taken to be uniformly distributed.
+
+    Parameters
+    ----------
+    points
+        All triangulated points, at least one.
+    parameters
+        Its smallest value.
+
+    Returns
+    -------
+    float
+        Volume of the points' extent, mm^3.
+    """
+    return max(float(np.prod(np.ptp(points.position_mm, axis=0))), parameters.min_volume_mm3)
 
 
 def rate_candidates(

@@ -13,9 +13,8 @@ import numpy as np
 from spinewatch.arrays import Bool, Float
 from spinewatch.camera import Rig
 from spinewatch.markers import TriadModel
-from spinewatch.simulation.observations import ball_centres
 from spinewatch.spine.motion import relative_motion
-from spinewatch.triads.pose import Pose
+from spinewatch.triads.pose import Pose, ball_centres
 from spinewatch.triads.pose_adjustment import PoseAdjustmentParameters, adjust_poses, triad_images
 
 
@@ -132,9 +131,9 @@ def expected_accuracy(
             out_of_plane_sd_deg=float(pose.rotation_sd_deg[:2].max()),
             motion_sd_mm=motions[name].translation_sd_mm if name in motions else undefined,
             motion_sd_deg=motions[name].rotation_sd_deg if name in motions else undefined,
-            in_view=bool(in_view),
+            in_view=bool(visible),
         )
-        for (name, pose), in_view in zip(named.items(), _in_view(rig, model, poses), strict=True)
+        for (name, pose), visible in zip(named.items(), in_view(rig, model, poses), strict=True)
     )
     cobb_variance = expected[0].covariance[5, 5] + expected[-1].covariance[5, 5]
     return ExpectedAccuracy(model, triads, float(np.sqrt(cobb_variance)))
@@ -163,16 +162,47 @@ def expected_poses(
     tuple of Pose
         The same poses with the covariance of the pose adjustment.
     """
-    balls = ball_centres(poses, model)
+    P, R = np.stack([pose.position_mm for pose in poses]), np.stack([pose.rotation for pose in poses])
+    covariance = expected_covariances(rig, model.coordinates_mm, P, R, sigma_px, common_sd_mrad)
+    return tuple(Pose(*pose) for pose in zip(P, R, covariance, strict=True))
+
+
+def expected_covariances(
+    rig: Rig,
+    model_mm: Float,
+    position_mm: Float,
+    rotation: Float,
+    sigma_px: float,
+    common_sd_mrad: float = 0.0,
+) -> Float:
+    """Return the covariances that measured poses would have.
+
+    Parameters
+    ----------
+    rig
+        The calibrated cameras.
+    model_mm
+        Balls of the marker, shape (n, 3), or of the marker of each pose, shape (t, n, 3), marker frame, mm.
+    position_mm, rotation
+        True poses, shapes (t, 3), mm, and (t, 3, 3).
+    sigma_px
+        Standard deviation of a ball's centre, per axis, px.
+    common_sd_mrad
+        Standard deviation of the pointing error that the balls of a triad share in a view, mrad.
+
+    Returns
+    -------
+    Float
+        Covariances as in `Pose`, shape (t, 6, 6).
+    """
+    balls = position_mm[:, None] + model_mm @ np.swapaxes(rotation, -1, -2)
     index = np.arange(balls.shape[0] * balls.shape[1]).reshape(balls.shape[:2])
     views = []
     for camera in (rig.left, rig.right):
-        xy = camera.project(balls.reshape(-1, 3))
-        rays = camera.rays(xy, sigma_px**2 * np.eye(2))
+        rays = camera.rays(camera.project(balls.reshape(-1, 3)), sigma_px**2 * np.eye(2))
         views.append(triad_images(rays, index, common_sd_mrad))
-    P, R = np.stack([pose.position_mm for pose in poses]), np.stack([pose.rotation for pose in poses])
-    fit = adjust_poses(model.coordinates_mm, views, P, R, PoseAdjustmentParameters(max_steps=1))
-    return tuple(Pose(*pose) for pose in zip(P, R, fit.covariance, strict=True))
+    parameters = PoseAdjustmentParameters(max_steps=1)
+    return adjust_poses(model_mm, views, position_mm, rotation, parameters).covariance
 
 
 def straight_chain(
@@ -202,8 +232,23 @@ def straight_chain(
     return tuple(Pose(position, R, np.zeros((6, 6))) for position in positions)
 
 
-def _in_view(rig: Rig, model: TriadModel, poses: Sequence[Pose]) -> Bool:
-    """Return (t,) whether the centres of all balls of a triad lie inside both images."""
+def in_view(rig: Rig, model: TriadModel, poses: Sequence[Pose]) -> Bool:
+    """Return whether the centres of all balls of a triad lie inside both images.
+
+    Parameters
+    ----------
+    rig
+        The cameras.
+    model
+        The marker.
+    poses
+        Poses of t triads.
+
+    Returns
+    -------
+    Bool
+        Whether they do, shape (t,).
+    """
     balls = ball_centres(poses, model)
     fractions = [
         camera.project(balls) / (np.array(camera.image_size_px) - 1) for camera in (rig.left, rig.right)

@@ -11,7 +11,7 @@ import numpy as np
 from spinewatch.camera import Rig
 from spinewatch.errors import ParameterError
 from spinewatch.markers import TriadModel
-from spinewatch.planning.accuracy import expected_poses
+from spinewatch.planning.accuracy import expected_covariances
 from spinewatch.triads.pose import Pose
 
 
@@ -105,12 +105,15 @@ _Angles = tuple[float, float]
 
 
 def _best(rig: Rig, poses: Sequence[Pose], sigma_px: float, markers: dict[_Angles, TriadModel]) -> _Angles:
-    return min(markers, key=lambda angles: _rotation_error_deg(rig, markers[angles], poses, sigma_px))
-
-
-def _rotation_error_deg(rig: Rig, model: TriadModel, poses: Sequence[Pose], sigma_px: float) -> float:
-    largest = [pose.rotation_sd_deg.max() for pose in expected_poses(rig, model, poses, sigma_px)]
-    return float(np.sqrt(np.mean(np.square(largest))))
+    """Return the angles of the marker with the smallest root mean square of the poses' largest rotation errors."""
+    t, m = len(poses), len(markers)
+    models = np.repeat([marker.coordinates_mm for marker in markers.values()], t, axis=0)
+    P = np.tile([pose.position_mm for pose in poses], (m, 1))
+    R = np.tile([pose.rotation for pose in poses], (m, 1, 1))
+    about_object_axes = expected_covariances(rig, models, P, R, sigma_px)[:, 3:, 3:]
+    variances = np.diagonal(np.swapaxes(R, -1, -2) @ about_object_axes @ R, axis1=1, axis2=2)
+    errors = variances.max(axis=1).reshape(m, t).mean(axis=1)
+    return list(markers)[int(np.argmin(errors))]
 
 
 def _markers(

@@ -12,7 +12,7 @@ from spinewatch.camera import Camera, Rig
 from spinewatch.detection.features import Features
 from spinewatch.imaging.frame import Side
 from spinewatch.markers import FLAT_10_14_18, TriadModel
-from spinewatch.triads.pose import Pose
+from spinewatch.triads.pose import Pose, ball_centres
 
 HiddenBall = tuple[int, Side]
 """Number of a ball, and the view in which it is hidden."""
@@ -55,24 +55,6 @@ class Observation:
     right: Features
     left_ball: Int
     right_ball: Int
-
-
-def ball_centres(poses: Sequence[Pose], model: TriadModel = FLAT_10_14_18) -> Float:
-    """Return the ball centres of triads with the same marker.
-
-    Parameters
-    ----------
-    poses
-        Poses of t triads.
-    model
-        Their marker, with n balls.
-
-    Returns
-    -------
-    Float
-        Centres, shape (t, n, 3), object space, mm.
-    """
-    return np.stack([pose.position_mm + model.coordinates_mm @ pose.rotation.T for pose in poses])
 
 
 def observe(

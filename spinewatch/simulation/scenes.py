@@ -15,12 +15,11 @@ from spinewatch.simulation.observations import (
     FeatureNoise,
     HiddenBall,
     Observation,
-    ball_centres,
     observe,
 )
 from spinewatch.simulation.rigs import convergence_point, perturbed_rig
 from spinewatch.simulation.spines import random_spine
-from spinewatch.triads.pose import Pose
+from spinewatch.triads.pose import Pose, ball_centres
 
 
 @dataclass(frozen=True)

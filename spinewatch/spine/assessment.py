@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from spinewatch.flags import Flag
+from spinewatch.geometry.transforms import RigidTransform
+from spinewatch.spine.bodies import object_to_spine
 from spinewatch.spine.comparison import compare_stages
 from spinewatch.spine.configuration import SpineConfiguration, SpineSetup
 from spinewatch.spine.interpolation_model import InterpolationParameters
@@ -49,6 +51,8 @@ class StageAssessment:
     ----------
     configuration
         Poses of the vertebrae.
+    object_to_spine
+        From object space of the stage to the frame of the poses.
     measured
         Curves of the baseline stage, and measures of this one.
     vertebrae
@@ -66,6 +70,7 @@ class StageAssessment:
     """
 
     configuration: SpineConfiguration
+    object_to_spine: RigidTransform
     measured: MeasuredSpine
     vertebrae: tuple[MeasureValue, ...]
     since_baseline: SpineChange | None
@@ -127,6 +132,7 @@ def assess_stage(
     since_baseline = since(setup.baseline)
     return StageAssessment(
         configuration=now,
+        object_to_spine=object_to_spine(setup, stages, stage),
         measured=measure_spine(now, baseline, p.measures),
         vertebrae=vertebra_measures(now, p.measures),
         since_baseline=since_baseline,

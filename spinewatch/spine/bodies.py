@@ -144,6 +144,39 @@ def measured_bodies(setup: SpineSetup, stages: Stages, stage: str) -> Bodies:
     return Bodies(levels, initial, initial_errors, marked, poses, errors, reasons)
 
 
+def object_to_spine(setup: SpineSetup, stages: Stages, stage: str) -> RigidTransform:
+    """Return the transform from object space of a stage to the frame of the spine.
+
+    Parameters
+    ----------
+    setup
+        What is known of the surgery.
+    stages
+        Labelled poses by stage, in the order of the surgery: the baseline, this stage, and the stages of rebaselines.
+    stage
+        Name of the stage.
+
+    Returns
+    -------
+    RigidTransform
+        ``P^-1 X_D^0 (X_D^k)^-1``: it takes what the cameras saw at the stage to where `measured_bodies` has the bodies.
+
+    Raises
+    ------
+    StageMissingError
+        If a stage is missing.
+    ReferenceMissingError
+        If the reference was not measured at the baseline or at this stage.
+    RebaselineError
+        If the reference's marker was re-clamped, or the stages of a rebaseline are not in order.
+    """
+    _checked_order(setup, stages, stage)
+    patient = RigidTransform(setup.patient_axes, _origin_mm(setup, stages))
+    first, now = (stages[name][setup.reference] for name in (setup.baseline, stage))
+    at_baseline = RigidTransform(first.rotation, first.position_mm)
+    return patient.inverse() @ at_baseline @ RigidTransform(now.rotation, now.position_mm).inverse()
+
+
 def _checked_order(setup: SpineSetup, stages: Stages, stage: str) -> tuple[str, ...]:
     """Return the names of the stages in order after checking that they suffice."""
     order = tuple(stages)

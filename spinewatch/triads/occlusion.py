@@ -18,6 +18,7 @@ from scipy.stats import chi2
 
 from spinewatch.arrays import Float, Int
 from spinewatch.camera import Rig
+from spinewatch.detection.features import HIDDEN
 from spinewatch.geometry.rays import Rays
 from spinewatch.geometry.transforms import approximate_poses
 from spinewatch.markers import TriadModel
@@ -29,7 +30,6 @@ from spinewatch.matching.identification import (
 )
 from spinewatch.matching.points import Points
 from spinewatch.matching.selection import (
-    HIDDEN,
     MAX_BALLS,
     SelectionParameters,
     TriadCandidates,

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from spinewatch.arrays import Float
+from spinewatch.markers import FLAT_10_14_18, TriadModel
+
+if TYPE_CHECKING:
+    from spinewatch.imaging.frame import Side
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +29,8 @@ class Ball:
         Its images (u, v), shape (2,), px; None where hidden.
     parallax_mm
         Distance between its two rays, mm; None where it is hidden.
+    manual_in
+        Images in which a person placed its centre.
     """
 
     position_mm: Float
@@ -31,6 +38,7 @@ class Ball:
     left_px: Float | None
     right_px: Float | None
     parallax_mm: float | None
+    manual_in: tuple[Side, ...] = ()
 
     @property
     def hidden_in(self) -> tuple[str, ...]:
@@ -124,3 +132,21 @@ class MeasuredTriad:
         if self.pose is not None:
             return self.pose.position_mm
         return np.asarray(np.mean([ball.position_mm for ball in self.balls.values()], axis=0))
+
+
+def ball_centres(poses: Sequence[Pose], model: TriadModel = FLAT_10_14_18) -> Float:
+    """Return the ball centres of triads with the same marker.
+
+    Parameters
+    ----------
+    poses
+        Poses of t triads.
+    model
+        Their marker, with n balls.
+
+    Returns
+    -------
+    Float
+        Centres, shape (t, n, 3), object space, mm.
+    """
+    return np.stack([pose.position_mm + model.coordinates_mm @ pose.rotation.T for pose in poses])

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from spinewatch.arrays import Bool, Float, Int
+from spinewatch.detection.features import HIDDEN
 from spinewatch.geometry.projection import Pinhole
 from spinewatch.geometry.rays import Rays
 from spinewatch.geometry.rotations import cross_matrix, rotation_from_vector
-from spinewatch.matching.selection import HIDDEN
 from spinewatch.triads.pose import Pose
 
 _TOLERANCE = 1e-9
@@ -175,7 +175,7 @@ def adjust_poses(
     Parameters
     ----------
     model_mm
-        Balls of the marker, shape (n, 3), marker frame, mm.
+        Balls of the marker, shape (n, 3), or of the marker of each triad, shape (t, n, 3), marker frame, mm.
     images
         Images of the t triads in each camera.
     position_mm, rotation
@@ -222,7 +222,7 @@ def adjust_poses(
         if not np.any(np.abs(step) > _TOLERANCE):
             break
     N, _, chi2 = _normal_equations(model_mm, images, P, R)
-    covariance, determined = _covariance(N + held, float(np.linalg.norm(model_mm, axis=1).max()))
+    covariance, determined = _covariance(N + held, float(np.linalg.norm(model_mm, axis=-1).max()))
     dof = 2 * sum((image.visible.sum(axis=1) for image in images), np.zeros(len(P), dtype=np.intp)) - 6
     return PoseAdjustment(P, R, covariance, chi2, np.asarray(dof, dtype=np.intp), determined)
 
@@ -250,7 +250,7 @@ def _normal_equations(
     model_mm: Float, images: Sequence[TriadImages], P: Float, R: Float
 ) -> tuple[Float, Float, Float]:
     """Return N (t, 6, 6), b (t, 6) and chi2 (t,) of the linearized residuals; rotations are about object axes."""
-    t, n = len(P), len(model_mm)
+    t, n = len(P), model_mm.shape[-2]
     arms = model_mm @ np.swapaxes(R, -1, -2)
     to_balls = np.concatenate([np.broadcast_to(np.eye(3), (t, n, 3, 3)), -cross_matrix(arms)], axis=-1)
     N, b, chi2 = np.zeros((t, 6, 6)), np.zeros((t, 6)), np.zeros(t)

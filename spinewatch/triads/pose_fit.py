@@ -9,12 +9,13 @@ import numpy as np
 
 from spinewatch.arrays import Bool, Float, Int
 from spinewatch.camera import Rig
-from spinewatch.detection.features import Features
+from spinewatch.detection.features import HIDDEN, Features
 from spinewatch.geometry.rays import Rays
 from spinewatch.geometry.rotations import cross_matrix
 from spinewatch.geometry.triangulation import Triangulation, triangulate
+from spinewatch.imaging.frame import SIDES, Side
 from spinewatch.markers import TriadModel
-from spinewatch.matching.selection import HIDDEN, TriadCandidates
+from spinewatch.matching.selection import TriadCandidates
 from spinewatch.triads.pose import Ball, MeasuredTriad, Pose
 from spinewatch.triads.pose_adjustment import (
     PoseAdjustment,
@@ -53,6 +54,15 @@ class PoseParameters:
     max_rotation_sd_deg: float = 15.0
     adjustment: PoseAdjustmentParameters = field(default_factory=PoseAdjustmentParameters)
     twist: TwistParameters = field(default_factory=TwistParameters)
+
+
+@dataclass(frozen=True, eq=False)
+class _BallImages:
+    """Images (2,) of a ball, px, None where hidden; and the images in which a person placed its centre."""
+
+    left_px: Float | None
+    right_px: Float | None
+    manual_in: tuple[Side, ...]
 
 
 def fit_poses(
@@ -135,8 +145,8 @@ def _fit_one_model(
     triads = []
     for t in range(len(candidates)):
         pose = _pose(model, images, fit, t, in_both[t], parameters)
-        images_px = _images_px(features, (index[0][t], index[1][t]))
-        balls = _balls(model, images_px, points, point[t], pose)
+        seen = _images_of_balls(features, (index[0][t], index[1][t]))
+        balls = _balls(model, seen, points, point[t], pose)
         error = float(np.linalg.norm(_known_distance_errors(points.position_mm, point[t], model)))
         triads.append(MeasuredTriad(model.name, balls, pose, error, None if pose else NO_POSE))
     return triads
@@ -165,33 +175,42 @@ def _pose(
     return pose if pose.rotation_sd_deg.max() <= parameters.max_rotation_sd_deg else None
 
 
-def _images_px(
-    features: tuple[Features, Features], index: tuple[Int, Int]
-) -> list[tuple[Float | None, Float | None]]:
-    """Return the left and right image (2,) of each ball from the indices (n,) of its features; None where hidden."""
-    left, right = (
-        [None if i == HIDDEN else side.xy_px[i] for i in indices]
-        for side, indices in zip(features, index, strict=True)
-    )
-    return list(zip(left, right, strict=True))
+def _images_of_balls(features: tuple[Features, Features], index: tuple[Int, Int]) -> list[_BallImages]:
+    """Return the images of each ball from the indices (n,) of its features."""
+    left, right = features
+    return [
+        _BallImages(
+            None if i == HIDDEN else left.xy_px[i],
+            None if j == HIDDEN else right.xy_px[j],
+            tuple(
+                side
+                for side, of_side, k in zip(SIDES, features, (i, j), strict=True)
+                if k != HIDDEN and of_side.is_manual[k]
+            ),
+        )
+        for i, j in zip(*index, strict=True)
+    ]
 
 
 def _balls(
     model: TriadModel,
-    images_px: Sequence[tuple[Float | None, Float | None]],
+    images: Sequence[_BallImages],
     points: Triangulation,
     point: Int,
     pose: Pose | None,
 ) -> dict[str, Ball]:
     """Return the balls that are triangulated, indices (n,) into the points, or that follow from the pose."""
     balls: dict[str, Ball] = {}
-    for b, (name, (left_px, right_px)) in enumerate(zip(model.balls, images_px, strict=True)):
+    for b, (name, image) in enumerate(zip(model.balls, images, strict=True)):
+        seen = image.left_px, image.right_px
         if point[b] != HIDDEN:
             k = point[b]
             parallax = float(points.parallax_mm[k])
-            balls[name] = Ball(points.position_mm[k], points.covariance_mm2[k], left_px, right_px, parallax)
+            balls[name] = Ball(
+                points.position_mm[k], points.covariance_mm2[k], *seen, parallax, image.manual_in
+            )
         elif pose is not None:
-            balls[name] = Ball(*_ball_of_pose(model.coordinates_mm[b], pose), left_px, right_px, None)
+            balls[name] = Ball(*_ball_of_pose(model.coordinates_mm[b], pose), *seen, None, image.manual_in)
     return balls
 
 

@@ -9,14 +9,14 @@ import numpy as np
 
 from spinewatch.arrays import Int, Pixels
 from spinewatch.camera import Rig
-from spinewatch.detection.features import Features
+from spinewatch.detection.features import HIDDEN, Features
 from spinewatch.flags import Flag
 from spinewatch.markers import FLAT_10_14_18, TriadModel
+from spinewatch.matching.exclusion import RemovedTriad, removed_candidates
 from spinewatch.matching.identification import IdentificationParameters, Triplets, identify_triads
 from spinewatch.matching.points import MatchingParameters, Points, match_features
 from spinewatch.matching.scale_measurement import MarkerBalls
 from spinewatch.matching.selection import (
-    HIDDEN,
     SelectionParameters,
     SpineAxis,
     TriadCandidates,
@@ -24,6 +24,7 @@ from spinewatch.matching.selection import (
     select_triads,
     surplus_triads,
 )
+from spinewatch.triads.flags import triad_flags
 from spinewatch.triads.occlusion import FreeFeatures, OcclusionParameters, occluded_candidates
 from spinewatch.triads.pose import MeasuredTriad
 from spinewatch.triads.pose_fit import PoseParameters, fit_poses
@@ -70,6 +71,8 @@ class TriadSearch:
         Tuples of points that fit each marker.
     flags
         Doubts about the result.
+    occluded
+        Candidate triads with a hidden ball that were considered.
     """
 
     triads: tuple[MeasuredTriad, ...]
@@ -77,9 +80,10 @@ class TriadSearch:
     points: Points
     triplets: tuple[Triplets, ...]
     flags: tuple[Flag, ...]
+    occluded: TriadCandidates = field(default_factory=TriadCandidates.empty)
 
 
-def match_triads(
+def match_triads(  # noqa: PLR0913
     left: Features,
     right: Features,
     rig: Rig,
@@ -89,6 +93,7 @@ def match_triads(
     axis: SpineAxis = "auto",
     images: tuple[Pixels, Pixels] | None = None,
     models: Sequence[TriadModel] = (FLAT_10_14_18,),
+    removed: Sequence[RemovedTriad] = (),
 ) -> TriadSearch:
     """Return the triads that the features of a stereo pair show.
 
@@ -112,11 +117,14 @@ def match_triads(
         Left and right gray image, shape (H, W), for structural refinement only.
     models
         Markers in use.
+    removed
+        Triads that a person removed, which are not found again.
 
     Returns
     -------
     TriadSearch
-        The triads, flagged "ball-occluded" where a ball is hidden, "triad-incomplete" without a pose,
+        The triads, flagged "ball-occluded" where a ball is hidden, "ball-manual" where a person placed the centre of
+        one, "triad-incomplete" without a pose,
         "triad-count-low" if there are fewer than expected (H5), "triad-count-high" if there are more.
 
     Raises
@@ -145,6 +153,8 @@ def match_triads(
     points = match_features(left, right, rig, ball_diameter, p.matching, images)
     triplets = tuple(identify_triads(points, model, p.identification) for model in models)
     candidates = rate_candidates(triplets, points, models, rig, p.selection, expected)
+    candidates = candidates.take(~removed_candidates(candidates, left, right, removed))
+    occluded = TriadCandidates.empty()
     members = select_triads(candidates, points, p.selection, expected=expected, axis=axis)
     if len(members) == expected:
         members = surplus_triads(candidates, points, members, p.selection, axis=axis)
@@ -156,14 +166,15 @@ def match_triads(
             features, rig, models, p.identification, p.selection, p.occlusion, missing
         )
         best = np.argsort(-occluded.log_odds, kind="stable")[: p.selection.max_candidates]
+        occluded = occluded.take(best)
+        occluded = occluded.take(~removed_candidates(occluded, left, right, removed))
         certain = replace(selected, log_odds=np.full(len(selected), p.occlusion.selected_log_odds))
-        candidates = TriadCandidates.concatenate([certain, occluded.take(best)])
+        candidates = TriadCandidates.concatenate([certain, occluded])
         selected = candidates.take(
             select_triads(candidates, points, p.selection, expected=expected, axis=axis)
         )
     triads = fit_poses(left, right, rig, selected, models, p.pose)
-    flags = (*_occlusion_flags(triads), *_pose_flags(triads), *_count_flags(triads, expected))
-    return TriadSearch(triads, selected, points, triplets, flags)
+    return TriadSearch(triads, selected, points, triplets, triad_flags(triads, expected), occluded)
 
 
 def ball_images(search: TriadSearch, left: Features, right: Features) -> tuple[Features, Features]:
@@ -230,40 +241,3 @@ def _free_features(
 def _unused(count: int, used: Int) -> Int:
     """Return the indices below ``count`` that are not used."""
     return np.setdiff1d(np.arange(count), used)
-
-
-def _occlusion_flags(triads: Sequence[MeasuredTriad]) -> tuple[Flag, ...]:
-    """Return a flag for each hidden ball of a triad with a pose."""
-    return tuple(
-        Flag(
-            "ball-occluded",
-            f"triad {number} along the spine: ball {name} is hidden in the {' and '.join(ball.hidden_in)} image; the"
-            " deviations of the pose are larger",
-        )
-        for number, triad in enumerate(triads, start=1)
-        for name, ball in triad.balls.items()
-        if triad.pose is not None and ball.hidden_in
-    )
-
-
-def _pose_flags(triads: Sequence[MeasuredTriad]) -> tuple[Flag, ...]:
-    """Return a flag for each triad without a pose."""
-    return tuple(
-        Flag("triad-incomplete", f"triad {number} along the spine has no pose: {triad.reason}")
-        for number, triad in enumerate(triads, start=1)
-        if triad.pose is None
-    )
-
-
-def _count_flags(triads: Sequence[MeasuredTriad], expected: int | None) -> tuple[Flag, ...]:
-    """Return a flag if fewer or more triads than expected have a pose."""
-    found = sum(triad.pose is not None for triad in triads)
-    if expected is None or found == expected:
-        return ()
-    if found > expected:
-        detail = f"{found} triads are in view, and {expected} were expected; name every triad in view"
-        return (Flag("triad-count-high", detail),)
-    detail = (
-        f"{found} of {expected} triads were found; the others are hidden, or their balls were not detected"
-    )
-    return (Flag("triad-count-low", detail),)

@@ -15,11 +15,11 @@ from bench.matching import (
     simulate,
 )
 from spinewatch.markers import FLAT_10_14_18
-from spinewatch.simulation.observations import FeatureNoise, ball_centres
+from spinewatch.simulation.observations import FeatureNoise
 from spinewatch.simulation.rigs import large_rig
 from spinewatch.simulation.scenes import SceneParameters
 from spinewatch.simulation.spines import random_spine
-from spinewatch.triads.pose import Ball, MeasuredTriad
+from spinewatch.triads.pose import Ball, MeasuredTriad, ball_centres
 
 KINDS = (
     "complete",

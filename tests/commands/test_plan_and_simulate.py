@@ -5,6 +5,7 @@ import pytest
 from typer.testing import CliRunner
 
 from commands.main import cli
+from contract.features import Feature
 from spinewatch.calibration.point_tables import parse_control_field
 from spinewatch.rig_files.rig_json import parse_rig
 from tests.paths import SAMPLES
@@ -26,7 +27,7 @@ def test_simulate_writes_truth_features_and_the_rig_to_measure_with(tmp_path: Pa
         )
         assert len(truth["triads"]) == 4
         assert len(features["left"]) + len(features["right"]) == 2 * (12 + 10) - 1
-        assert set(features["left"][0]) == {"x", "y", "score", "sd_px", "visible_fraction"}
+        assert set(features["left"][0]) == set(Feature.model_fields)
         assert parse_rig((tmp_path / name / "rig.json").read_bytes()).name.endswith("(perturbed)")
 
 

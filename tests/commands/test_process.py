@@ -15,6 +15,7 @@ import pytest
 from PIL import Image
 
 from commands.main import app
+from contract.features import Feature
 from contract.stage import StageResult
 from spinewatch.detection.candidates.templates import default_template_set, write_template_set
 from tests.paths import PROJECT
@@ -91,7 +92,7 @@ def test_document_has_the_promised_shape(run: Run) -> None:
     document = json.loads(out)
     assert set(document) == {*StageResult.model_fields, "timings_ms"}
     assert document["templates"] == default_template_set().version
-    assert {"x", "y", "score", "sd_px", "visible_fraction"} == set(document["features"]["left"][0])
+    assert set(Feature.model_fields) == set(document["features"]["left"][0])
     assert all(ms >= 0 for ms in document["timings_ms"].values())
     steps = [ms for step, ms in document["timings_ms"].items() if step != "total"]
     assert document["timings_ms"]["total"] == pytest.approx(sum(steps), abs=1)

@@ -19,7 +19,8 @@ IMAGE = {"sha256": "0" * 64, "media_type": "image/png", "width_px": 568, "height
 
 def report(**changes: Any) -> dict[str, Any]:
     document = solved().model_dump(mode="json", exclude={"rig"})
-    shots = [{**shot, "images": {"left": IMAGE, "right": IMAGE}} for shot in document["shots"]]
+    images = {"left": IMAGE, "right": IMAGE}
+    shots = [{**shot, "number": n, "images": images} for n, shot in enumerate(document["shots"], start=1)]
     return {**document, "shots": shots, **changes}
 
 
@@ -35,6 +36,16 @@ def test_a_report_shows_its_images_and_what_a_later_version_adds() -> None:
     assert made["temperature_c"] == 21.5
     with pytest.raises(ValidationError):
         CalibrationReport.model_validate(solved().model_dump(mode="json", exclude={"rig"}))
+
+
+def test_a_report_of_an_earlier_version_has_no_limits() -> None:
+    old = report()
+    del old["limits"]
+    for side in ("left", "right"):
+        del old["cameras"][side]["sd_limits"]
+    made = CalibrationReport.model_validate(old)
+    assert made.limits is None
+    assert made.cameras.left.sd_limits == {}
 
 
 def test_a_removed_point_of_version_0_1_0_is_shown() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 from contract.calibration import CalibrationResult
 from contract.calibration_quality import calibration_result
 from spinewatch.calibration import from_images
+from spinewatch.calibration.plausibility import PlausibilityParameters
 from spinewatch.calibration.quality.stereo_geometry import StereoGeometry
 
 
@@ -39,6 +40,21 @@ def test_cameras_are_described_by_side(calibrated: from_images.CalibrationResult
     for pair in made.strong_correlations:
         assert abs(pair.correlation) > 0.9
         assert all(name.split()[0] in {"left", "right"} for name in pair.between)
+
+
+def test_the_limits_that_it_was_compared_with_are_given(calibrated: from_images.CalibrationResult) -> None:
+    made = calibration_result(calibrated, "0")
+    assert made.limits is not None
+    assert made.limits.rms_px == PlausibilityParameters().rms_px
+    assert made.limits.baseline_sd_mm[1] == 0.05 * calibrated.calibration.rig.baseline_mm
+    assert made.limits.reference_sd_mm == [0.34, 0.35, 0.66]
+    for camera in (made.cameras.left, made.cameras.right):
+        assert set(camera.sd_limits) == set(camera.free) - {"X0", "Y0", "Z0", "omega", "phi", "kappa"}
+        for name, limit in camera.sd_limits.items():
+            sd = camera.sd[name]
+            assert sd is not None
+            assert limit is not None
+            assert sd < limit
 
 
 def test_what_is_not_determined_is_null(calibrated: from_images.CalibrationResult) -> None:

@@ -5,7 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from contract.pose import PoseFields, pose_fields
+from contract.pose import FrameTransform, PoseFields, pose_fields
+from spinewatch.geometry.transforms import RigidTransform
 from spinewatch.triads.pose import Pose
 from tests.contract.results import pose
 from tests.paths import PROJECT
@@ -56,3 +57,11 @@ def test_without_a_pose_every_field_is_null() -> None:
     made = PoseFields(**pose_fields(None, "two balls only"))
     assert made.pose() is None
     assert made.model_dump(exclude_none=True) == {"reason": "two balls only"}
+
+
+def test_a_transform_of_the_library_passes_through_json_to_the_last_bit() -> None:
+    given = RigidTransform(pose(3).rotation, np.array([0.1, -2.0, 300.7]))
+    made = FrameTransform.model_validate(given)
+    again = FrameTransform.model_validate_json(made.model_dump_json())
+    assert np.array(again.rotation).tobytes() == np.ascontiguousarray(given.rotation).tobytes()
+    assert again.translation_mm == given.translation_mm.tolist()

@@ -6,7 +6,8 @@ import pytest
 from pydantic import ValidationError
 
 from contract import stage
-from contract.stage import Feature, FeaturePair, RigCheck, StageResult
+from contract.features import Feature
+from contract.stage import RigCheck, StageResult
 from spinewatch.detection.features import Features
 from spinewatch.matching import rig_check
 from spinewatch.matching.marker_scale import MarkerScale
@@ -28,10 +29,17 @@ def test_a_result_passes_through_json_unchanged() -> None:
 
 def test_a_result_has_what_was_measured() -> None:
     document = result(measurement()).model_dump(mode="json")
-    assert document["features"] == {
-        "left": [{"x": 10, "y": 20, "score": 0.75, "sd_px": [0.4, 0.6], "visible_fraction": 0.5}],
-        "right": [],
+    (feature,) = document["features"]["left"]
+    assert feature == {
+        "x": 10,
+        "y": 20,
+        "score": 0.75,
+        "sd_px": [0.4, 0.6],
+        "correlation": pytest.approx(1 / 24),
+        "visible_fraction": 0.5,
+        "manual": False,
     }
+    assert document["features"]["right"] == []
     assert document["fields"] == {"left": [1, 2, 3, 4], "right": [5, 6, 7, 8]}
     assert document["exposure"] == {"left": "normal", "right": "glare"}
     assert document["flags"] == [{"code": "triad-count-low", "detail": "1 of 2"}]
@@ -41,13 +49,6 @@ def test_a_result_has_what_was_measured() -> None:
     assert (document["templates"], document["version"]) == ("test", "0")
     assert document["parameters"]["ball_diameter_mm"] == 8.0
     assert document["parameters"]["max_age_days"] == 2.0
-
-
-def test_features_without_a_visible_fraction() -> None:
-    (feature,) = Feature.of(Features.with_sigma(np.array([[1.0, 2]]), np.array([0.5]), 0.3))
-    assert feature.visible_fraction is None
-    pair = FeaturePair.of(Features.empty(), Features.empty())
-    assert (pair.left, pair.right) == ([], [])
 
 
 def check() -> rig_check.RigCheck:

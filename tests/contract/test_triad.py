@@ -27,6 +27,7 @@ def test_a_ball_has_its_standard_deviations() -> None:
         "left": [7.5, 8.0],
         "right": [9.0, 1.0],
         "parallax_mm": 0.125,
+        "manual": [],
     }
 
 

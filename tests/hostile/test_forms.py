@@ -36,6 +36,16 @@ BODIES = {
     "long text": part("name", b"x" * 30_000_000) + b"--x--\r\n",
     "line breaks": part("left", b"\r\n" * 15_000_000, '; filename="l"') + b"--x--\r\n",
     "nearly boundaries": part("left", b"\r\n--" * 7_500_000, '; filename="l"') + b"--x--\r\n",
+    "many long texts": b"".join(part(f"p{n}", b"x" * 120_000) for n in range(130)) + b"--x--\r\n",
+    "many long tables": b"".join(part(f"p{n}", b"1,2,3,4\n" * 15_000) for n in range(130)) + b"--x--\r\n",
+    "30 texts of a megabyte": b"".join(part(f"p{n}", b"x" * 1_000_000) for n in range(30)) + b"--x--\r\n",
+    "a long file": part("left", b"x" * 30_000_000, '; filename="l"') + b"--x--\r\n",
+    "120 files": b"".join(
+        part(side, bytes([n, len(side)]) * 120_000, '; filename="l"')
+        for n in range(60)
+        for side in ("left", "right")
+    )
+    + b"--x--\r\n",
     "long preamble": b"y" * 10_000_000 + b"\r\n" + part("left", b"x") + b"--x--\r\n",
     "nested": part(
         "left",

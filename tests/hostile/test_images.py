@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from io import BytesIO
 from typing import Any
 
+import httpx
 import numpy as np
 import pytest
 from PIL import Image
@@ -13,9 +15,17 @@ from PIL import Image
 from tests.hostile.attack import harmless, refused
 from tests.http.harness import Service, code_of, pair, wait_for
 from tests.image_bombs import bombs, chunk, encoded, pixels, png
+from tests.spinewatch.imaging.dicom_files import dicom
 
 BOMBS = bombs()
 SOUND = encoded("PNG", 91)
+
+
+def encoded_in_colour(size: tuple[int, int]) -> bytes:
+    """Return a file of some 100 kB whose pixels have four bytes each."""
+    buffer = BytesIO()
+    Image.new("RGBA", size, (90, 91, 92, 255)).save(buffer, "PNG")
+    return buffer.getvalue()
 
 
 def stage_files(left: bytes, right: bytes = SOUND) -> dict[str, Any]:
@@ -41,18 +51,54 @@ def test_a_stage_with_a_bomb_is_refused_cheaply(
 @pytest.mark.parametrize(
     "name", ["TIFF of 1.2 million strips", "TIFF whose orientation is text", "JPEG of garbage"]
 )
-def test_shots_and_radiographs_with_a_bomb_are_refused_cheaply(
-    service: Service, surgery: str, name: str
-) -> None:
+def test_shots_with_a_bomb_are_refused_cheaply(service: Service, name: str) -> None:
     data = BOMBS[name]
-    with harmless(service, requests=2 + len(data) // 5_000_000):
+    with harmless(service, requests=1 + len(data) // 10_000_000):
         shots = service.shoot((data, SOUND))
-        form = {"view": "pa", "left_on": "left", "pixel_spacing_mm": "0.143,0.143"}
-        radiograph = service.client.post(
-            f"/v1/surgeries/{surgery}/radiographs", data=form, files={"image": ("image", data)}
-        )
     assert code_of(shots, 422) == "invalid-image"
-    refused(service, radiograph)
+
+
+def send_radiograph(service: Service, surgery: str, data: bytes) -> httpx.Response:
+    form = {"view": "pa", "left_on": "left", "pixel_spacing_mm": "0.143,0.143"}
+    path = f"/v1/surgeries/{surgery}/radiographs"
+    return service.client.post(path, data=form, files={"image": ("image", data)})
+
+
+@pytest.mark.parametrize("data", BOMBS.values(), ids=BOMBS)
+def test_a_radiograph_that_is_a_bomb_is_refused_cheaply(service: Service, surgery: str, data: bytes) -> None:
+    with harmless(service, requests=1 + len(data) // 10_000_000):
+        answer = send_radiograph(service, surgery, data)
+    assert code_of(answer, 422) == "invalid-image"
+    assert service.client.get(f"/v1/surgeries/{surgery}/radiographs").json()["items"] == []
+
+
+def noise() -> bytes:
+    """Return a radiograph that is nearly as large as an upload may be."""
+    return dicom(np.random.default_rng(1).integers(0, 256, (5600, 5600), dtype=np.uint8))
+
+
+LARGE = {
+    "31 million pixels of noise": noise(),
+    "31 million coloured pixels": encoded_in_colour((5600, 5600)),
+    "60 million pixels": encoded("PNG", 90, (7746, 7746)),
+    "31 million damaged pixels": png(chunk(b"IDAT", b"\0" * 100), chunk(b"IEND"), size=(5600, 5600)),
+}
+
+
+@pytest.mark.parametrize("data", LARGE.values(), ids=LARGE)
+def test_what_a_large_radiograph_costs_is_not_the_servers(service: Service, data: bytes) -> None:
+    surgery = service.surgery()
+    with harmless(service, requests=1 + len(data) // 4_000_000):  # it is stored, too
+        answer = send_radiograph(service, surgery, data)
+    assert answer.status_code == 201 or refused(service, answer)
+
+
+def test_radiographs_that_come_together_are_decoded_in_turns(service: Service) -> None:
+    surgery = service.surgery()
+    data = encoded_in_colour((5600, 5600))
+    with ThreadPoolExecutor(12) as pool, harmless(service, requests=12):
+        answers = list(pool.map(lambda _: send_radiograph(service, surgery, data), range(12)))
+    assert {answer.status_code for answer in answers} == {201}
 
 
 @pytest.fixture(scope="module")

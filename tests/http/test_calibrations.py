@@ -1,12 +1,14 @@
 """Calibrations from shots of a control field, from the upload to the stages measured with them."""
 
 import hashlib
+import io
 import json
 from typing import Any
 
 import httpx
 import numpy as np
 import pytest
+from PIL import Image
 
 from service.forms.options import INTERIOR
 from spinewatch.calibration.control_field import ControlField, pegboard_1995
@@ -69,6 +71,11 @@ def test_a_calibration_shows_what_it_was_made_from_and_how_good_it_is(
     used, fresh = report["shots"]
     assert (used["used"], fresh["used"]) == (True, False)
     assert np.all(np.array(fresh["sd_mm"]) < (0.04, 0.05, 0.10))
+    assert made["brief"] == {
+        "leave_one_out_sd_mm": report["leave_one_out"]["sd_mm"],
+        "flags": report["flags"],
+    }
+    assert report["limits"]["reference_sd_mm"] == [0.34, 0.35, 0.66]
     assert "residual_px" in used["points"]["left"][0]
     assert fresh["points"]["left"][0]["residual_px"] is None
     assert set(report["cameras"]["left"]["free"]) == set(report["cameras"]["left"]["sd"])
@@ -83,12 +90,25 @@ def test_a_calibration_shows_what_it_was_made_from_and_how_good_it_is(
             assert again.status_code == 304
 
 
+def test_a_repeated_shot_is_left_out_and_the_others_keep_their_images(service: Service) -> None:
+    again = [encoded(np.asarray(Image.open(io.BytesIO(content))), "TIFF") for content in board("C")]
+    job = service.calibrated(board("C"), (again[0], again[1]), board("A"), verify="1")
+    report = show(service, job)["report"]
+    assert [shot["number"] for shot in report["shots"]] == [1, 3]
+    assert [flag["code"] for flag in report["flags"]] == ["shot-repeated"]
+    assert report["shots"][1]["images"]["left"]["sha256"] == hashlib.sha256(board("A")[0]).hexdigest()
+    answer = service.client.get(f"/v1/calibrations/{job['calibration_id']}/shots/3/images/left")
+    assert answer.headers["etag"] == f'"{report["shots"][1]["images"]["left"]["sha256"]}"'
+
+
 def test_the_list_has_rigs_only(service: Service, made: dict[str, Any]) -> None:
     given = service.calibration()
     items = service.client.get("/v1/calibrations", params={"limit": 200}).json()["items"]
     by_id = {item["id"]: item for item in items}
     assert by_id[made["id"]]["has_report"] is True
     assert by_id[given]["has_report"] is False
+    assert by_id[made["id"]]["brief"] == made["brief"]
+    assert by_id[given]["brief"] is None
     assert "report" not in by_id[made["id"]]
 
 

@@ -15,7 +15,7 @@ def test_the_committed_contract_is_current() -> None:
     assert CONTRACT.read_text() == text(create_app(Settings())), "run: python -m service.openapi"
 
 
-NOT_OVER_HTTP = {"conflict", "invalid-queue-url", "backup", "export-file", "audit-file"}
+NOT_OVER_HTTP = {"conflict", "dashboard-missing", "invalid-queue-url", "backup", "export-file", "audit-file"}
 """Codes of base classes, and of errors that only commands raise."""
 
 

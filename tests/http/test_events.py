@@ -4,7 +4,9 @@ import json
 import threading
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from datetime import timedelta
 from pathlib import Path
 from queue import Empty, Queue
 from typing import Any
@@ -12,6 +14,11 @@ from typing import Any
 import httpx
 import pytest
 
+from contract.event import Actor, ActorKind
+from contract.key import NewKey, Scope
+from store import keys
+from store.clock import utc_now
+from store.database import Database
 from tests.http.harness import Service, code_of, pair
 from tests.patience import PATIENCE_S
 
@@ -21,10 +28,11 @@ Event = dict[str, str]
 class Stream:
     """A client of the stream; a thread reads its events."""
 
-    def __init__(self, service: Service, **request: Any) -> None:
+    def __init__(self, service: Service, client: httpx.Client | None = None, **request: Any) -> None:
         self._queue: Queue[Event | None] = Queue()
-        self._client = httpx.Client(
-            base_url=service.client.base_url, headers=service.client.headers, timeout=60, trust_env=False
+        headers = {**service.client.headers, **request.pop("headers", {})}
+        self._client = client or httpx.Client(
+            base_url=service.client.base_url, headers=headers, timeout=60, trust_env=False
         )
         self._request = request
         self._opened = threading.Event()
@@ -71,6 +79,12 @@ class Stream:
                 document: dict[str, Any] = json.loads(event["data"])
                 assert event["id"] == str(document["seq"])
                 return document
+
+    def ends(self) -> bool:
+        """Wait for the end of the stream; whether there were changes before it does not matter."""
+        while self.next() is not None:
+            pass
+        return True
 
     def is_silent(self) -> bool:
         try:
@@ -160,11 +174,83 @@ def test_the_headers_alone_may_be_asked_for(idle: Service) -> None:
     assert (answer.status_code, answer.content) == (200, b"")
 
 
+def test_a_stream_ends_in_time_and_is_taken_up(tmp_path: Path) -> None:
+    with Service(tmp_path, SPINEWATCH_STREAM_SECONDS="1") as service:
+        surgery = service.surgery()
+        for since, expected in ((0, [surgery]), (2**53 - 1, [])):
+            with following(service, params={"since": since}) as stream:
+                events = iter(stream.next, None)
+                assert [
+                    json.loads(event["data"])["id"] for event in events if event and "data" in event
+                ] == expected
+
+
+def bearer(key: str) -> dict[str, str]:
+    return {"authorization": f"Bearer {key}"}
+
+
+def revoke(service: Service, key: str) -> None:
+    prefix = service.client.get("/v1/session", headers=bearer(key)).json()["key"]
+    assert service.client.delete(f"/v1/keys/{prefix}").status_code == 200
+
+
+def test_a_stream_ends_when_its_key_is_revoked(idle: Service) -> None:
+    key = idle.make_key(Scope.STAGE_READ)
+    with following(idle, headers=bearer(key)) as stream, following(idle) as other:
+        surgery = idle.surgery()
+        assert stream.change()["id"] == other.change()["id"] == surgery
+        revoke(idle, key)
+        assert stream.ends()
+        surgery = idle.surgery()
+        assert other.change()["id"] == surgery
+    assert code_of(idle.client.get("/v1/events", headers=bearer(key)), 401) == "key-invalid"
+
+
+def test_a_stream_ends_with_its_session(idle: Service) -> None:
+    opened = idle.client.post("/v1/session")
+    cookie = opened.headers["Set-Cookie"].partition(";")[0]
+    browser = {"cookie": cookie, "sec-fetch-site": "same-origin"}
+    with (
+        httpx.Client(base_url=idle.client.base_url, headers=browser, timeout=60, trust_env=False) as client,
+        Stream(idle, client=client) as stream,
+        following(idle) as other,
+    ):
+        surgery = idle.surgery()
+        assert stream.change()["id"] == surgery
+        assert client.delete("/v1/session").status_code == 204
+        assert stream.ends()
+        assert other.change()["id"] == surgery
+
+
+def test_a_stream_ends_when_its_key_expires(idle: Service) -> None:
+    new = NewKey(name="short", scopes=[Scope.STAGE_READ], expires_in_days=1)
+    made_at = utc_now() - timedelta(days=1) + timedelta(seconds=4)
+    database = Database(idle.database_url)
+    with database.write() as session:
+        key = keys.add(session, new, made_at, Actor(kind=ActorKind.COMMAND, name="test"))[1]
+    database.close()
+    with following(idle, headers=bearer(key)) as stream:
+        assert stream.status == 200
+        assert stream.ends()
+
+
+def test_waiting_for_a_job_ends_when_the_key_is_revoked(idle: Service) -> None:
+    job = idle.submit(idle.surgery(), "PRE", pair("PRE"), idle.calibration())
+    key = idle.make_key(Scope.STAGE_READ)
+    with ThreadPoolExecutor(1) as pool, following(idle, headers=bearer(key)) as stream:
+        waiting = pool.submit(idle.client.get, f"/v1/jobs/{job}?wait=60", headers=bearer(key))
+        time.sleep(0.5)  # so that it waits; if it comes later, it is refused at once
+        revoke(idle, key)
+        assert stream.ends()
+        answer = waiting.result(PATIENCE_S)
+    assert code_of(answer, 401) in {"access-ended", "key-invalid"}
+    assert "WWW-Authenticate" in answer.headers
+
+
 def test_streams_end_when_the_service_stops(tmp_path: Path) -> None:
     with Service(tmp_path) as service, following(service) as stream:
         service.surgery()
         stream.change()
         service.server.terminate()
-        while stream.next() is not None:
-            pass
+        assert stream.ends()
         service.server.wait(20)

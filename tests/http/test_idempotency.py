@@ -52,12 +52,21 @@ def test_a_calibration_is_stored_once(idle: Service) -> None:
     assert_replayed(first, again)
 
 
+def assert_runs(first: httpx.Response, again: httpx.Response) -> None:
+    """Check that a repeated request names the job that has not ended."""
+    assert code_of(again, 409) == "job-not-ended"
+    assert again.headers["location"] == first.headers["location"]
+    assert "idempotency-replayed" not in again.headers
+
+
 def test_a_stage_is_stored_once_whatever_divides_its_parts(idle: Service) -> None:
     surgery, calibration, headers = idle.surgery(), idle.calibration(), key()
     first, again = (stage(idle, surgery, "PRE", pair("PRE"), calibration, headers) for _ in range(2))
     assert first.request.headers["content-type"] != again.request.headers["content-type"]
     assert first.status_code == 202
-    assert_replayed(first, again)
+    assert_runs(first, again)
+    idle.client.post(f"{first.headers['location']}/cancel")
+    assert_replayed(first, stage(idle, surgery, "PRE", pair("PRE"), calibration, headers))
     assert len(idle.client.get(f"/v1/surgeries/{surgery}").json()["stages"]) == 1
 
 
@@ -70,7 +79,7 @@ def test_shots_are_stored_once(idle: Service) -> None:
         for _ in range(2)
     )
     assert first.status_code == 202, first.text
-    assert_replayed(first, again)
+    assert_runs(first, again)
 
 
 def test_a_job_is_cancelled_once(idle: Service) -> None:
@@ -123,9 +132,38 @@ def test_requests_at_the_same_time_are_carried_out_once(idle: Service) -> None:
             pool.submit(stage, idle, surgery, "PRE", pair("PRE"), calibration, headers) for _ in range(8)
         ]
         answers = [call.result() for call in calls]
-    assert {answer.status_code for answer in answers} == {202}
+    assert sorted(answer.status_code for answer in answers) == [202, *[409] * 7]
     assert len({answer.headers["location"] for answer in answers}) == 1
-    assert sum("idempotency-replayed" in answer.headers for answer in answers) == 7
+
+
+def test_a_request_is_replayed_once_its_job_has_ended(
+    service: Service, surgery: str, calibration: str
+) -> None:
+    headers = key()
+    first = stage(service, surgery, "PRE", pair("PRE"), calibration, headers)
+    service.finished(first.headers["location"].removeprefix("/v1/jobs/"))
+    assert_replayed(first, stage(service, surgery, "PRE", pair("PRE"), calibration, headers))
+
+
+def test_answers_with_a_secret_take_no_key(idle: Service) -> None:
+    before = idle.client.get("/v1/keys").json()["total"]
+    new = {"name": "cart", "scopes": ["capture:write"]}
+    for answer in (
+        idle.client.post("/v1/keys", json=new, headers=key()),
+        idle.client.post("/v1/session", headers=key()),
+    ):
+        assert code_of(answer, 422) == "idempotency-key-refused"
+        assert "Set-Cookie" not in answer.headers
+    assert idle.client.get("/v1/keys").json()["total"] == before
+
+
+def test_every_post_takes_a_key_or_says_why_not(idle: Service) -> None:
+    paths = idle.client.get("/openapi.json").json()["paths"]
+    for path, methods in paths.items():
+        if "post" not in methods:
+            continue
+        takes = any(entry["name"] == "Idempotency-Key" for entry in methods["post"].get("parameters", []))
+        assert takes or "Idempotency-Key" in methods["post"]["description"], path
 
 
 @pytest.mark.parametrize("value", [b"", b'""', b"a b", b'"a', b"x" * 201, "\u00e4".encode()])

@@ -111,7 +111,14 @@ def test_metrics_have_requests_jobs_steps_and_drift(service: Service, measured: 
     assert found["spinewatch_http_request_seconds_count", stages[:2]] >= 3
     assert found["spinewatch_jobs", (("state", "succeeded"),)] >= 3
     for step in ("detect", "match", "label"):
-        assert found["spinewatch_step_seconds_total", (("kind", "stage"), ("step", step))] > 0
+        labels = (("kind", "stage"), ("step", step))
+        assert found["spinewatch_step_seconds_sum", labels] > 0
+        longest = (labels[0], ("le", "60.0"), labels[1])
+        assert (
+            3
+            <= found["spinewatch_step_seconds_bucket", longest]
+            <= found["spinewatch_step_seconds_count", labels]
+        )
     drift = {
         labels: value for (name, labels), value in found.items() if name == "spinewatch_calibration_shift_mm"
     }

@@ -128,6 +128,7 @@ def test_a_change_is_a_new_revision_and_the_same_setup_is_not(service: Service, 
     revisions = service.client.get(f"{url}/revisions").json()
     assert [item["revision"] for item in revisions["items"]] == [2, 1]
     assert revisions["total"] == 2
+    assert all(item["actor"].endswith(" test") for item in revisions["items"])
     assert service.events(surgery).count("http:spine:configured") == 2
 
 

@@ -135,6 +135,7 @@ LATER = {
     "api_keys",
     "api_sessions",
     "bursts",
+    "pair_results",
     "further_pairs",
     "radiographs",
     "spine_setups",

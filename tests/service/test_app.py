@@ -48,9 +48,9 @@ def test_without_a_key_only_liveness_answers(settings: Settings) -> None:
     assert get(settings, "/v1/surgeries").status_code == 401
 
 
-def test_the_root_redirects_to_the_documentation(settings: Settings) -> None:
+def test_the_root_is_the_dashboard(settings: Settings) -> None:
     response = get(settings, "/")
-    assert (response.status_code, response.headers["location"]) == (307, "/docs")
+    assert (response.status_code, response.headers["content-type"]) == (200, "text/html; charset=utf-8")
 
 
 def test_every_request_has_an_identifier(settings: Settings) -> None:

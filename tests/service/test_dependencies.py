@@ -1,3 +1,5 @@
+import asyncio
+
 import pytest
 import structlog
 from fastapi import Request
@@ -35,13 +37,13 @@ def request_from(principal: Principal | None) -> Request:
 
 def test_an_actor_has_key_name_address_and_request() -> None:
     principal = Principal("k3vq7mzd", "cart 1", frozenset({Scope.CAPTURE_WRITE}), None, None)
-    actor = dependencies._actor(request_from(principal))
+    actor = asyncio.run(dependencies._actor(request_from(principal)))
     assert (actor.kind, actor.name) == (ActorKind.HTTP, "k3vq7mzd cart 1")
     assert (actor.key, actor.address, actor.request_id) == ("k3vq7mzd", "192.0.2.7", "r1")
 
 
 def test_without_a_key_an_actor_is_its_address() -> None:
-    actor = dependencies._actor(request_from(None))
+    actor = asyncio.run(dependencies._actor(request_from(None)))
     assert (actor.name, actor.key, actor.address) == ("192.0.2.7", None, "192.0.2.7")
     with pytest.raises(RuntimeError, match="scopes"):
-        dependencies._principal(request_from(None))
+        asyncio.run(dependencies._principal(request_from(None)))

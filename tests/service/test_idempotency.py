@@ -6,13 +6,13 @@ from starlette.responses import Response
 
 from contract.flag import Flag
 from contract.surgery import NewSurgery
-from service.idempotency import Once, Replay
-from store import surgeries
+from service.idempotency import JobNotEndedError, Once, Replay
+from store import jobs, surgeries
 from store.database import Database
 from store.idempotency import IdempotencyKeyReusedError, KeyUse
 from store.page import PageRequest
 from tests.backends import new_database
-from tests.store.builders import CLIENT, NOON
+from tests.store.builders import CLIENT, NOON, new_stage, new_surgery
 
 NEW = NewSurgery(reference="a", vertebrae=["L1"], reference_vertebra="L1")
 USE = KeyUse("cart", "key", "f" * 64)
@@ -48,6 +48,25 @@ def test_a_request_with_a_key_changes_once(database: Database) -> None:
     assert bytes(first.body).decode() == again.value.answer.body == DOCUMENT.model_dump_json()
     assert again.value.answer.status == first.status_code == 201
     assert "retry-after" not in first.headers
+
+
+def test_a_repeated_request_names_its_job_until_that_has_ended(database: Database) -> None:
+    job = new_stage(database, new_surgery(database)).job.id
+
+    def submit() -> Response:
+        once = Once(database, USE)
+        with once.write():
+            return once.answer(DOCUMENT, 202, Location=f"/v1/jobs/{job}")
+
+    submit()
+    with pytest.raises(JobNotEndedError, match="queued") as running:
+        submit()
+    assert running.value.job_id == job
+    with database.write() as session:
+        jobs.cancel(session, job, NOON, CLIENT)
+    with pytest.raises(Replay) as again:
+        submit()
+    assert again.value.answer.headers["Location"] == f"/v1/jobs/{job}"
 
 
 def test_a_request_without_a_key_changes_each_time(database: Database) -> None:

@@ -1,5 +1,6 @@
 import asyncio
 from collections.abc import Iterator
+from math import inf
 from pathlib import Path
 
 import pytest
@@ -75,6 +76,7 @@ def test_the_record_is_shown_as_it_is(database: Database, settings: Settings) ->
     with database.write() as session:
         processes.report(session, "w", ProcessKind.WORKER, "host:1")
         step_times.add(session, "stage", {"detect": 1.5})
+        step_times.add(session, "stage", {"detect": 0.2})
     queue = JobQueue(settings.queue)
     queue.enqueue("a")
     queue.enqueue("b")
@@ -90,8 +92,15 @@ def test_the_record_is_shown_as_it_is(database: Database, settings: Settings) ->
     assert found["spinewatch_jobs", (("state", "succeeded"),)] == 1
     assert found["spinewatch_jobs", (("state", "queued"),)] == 1
     assert found["spinewatch_jobs", (("state", "failed"),)] == 0
-    assert found["spinewatch_steps_total", step] == 1
-    assert found["spinewatch_step_seconds_total", step] == 1.5
+    buckets = {
+        float(dict(labels)["le"]): value
+        for (name, labels), value in found.items()
+        if name == "spinewatch_step_seconds_bucket"
+    }
+    assert tuple(sorted(buckets)) == (*step_times.BOUNDS_S, inf)
+    assert buckets == {bound: (bound >= 0.25) + (bound >= 2.5) for bound in buckets}
+    assert found["spinewatch_step_seconds_count", step] == 2
+    assert found["spinewatch_step_seconds_sum", step] == pytest.approx(1.7)
     assert found["spinewatch_calibration_shift_mm", rig] == 5
     assert found["spinewatch_calibration_rotation_deg", rig] == 0.2
     assert found["process_resident_memory_bytes", ()] > 0

@@ -6,19 +6,25 @@ from typing import Any
 import pytest
 
 from service import watch as watch_module
+from service.problems import AccessEndedError
 from service.watch import Watch
-from store import jobs
+from store import jobs, keys
+from store.admissions import Admission
 from store.database import Database
+from store.tables import ApiKey
 from tests.backends import new_database
 from tests.store.builders import CLIENT, NOON, new_stage, new_surgery
 
 PATIENCE_S = 30
+CART = Admission("cart", None)
 
 
 @pytest.fixture
 def database(tmp_path: Path) -> Iterator[Database]:
     with new_database(tmp_path) as url:
         database = Database(url)
+        with database.write() as session:
+            session.add(ApiKey(prefix="cart", key_sha256="0" * 64, name="cart", scopes=[], created_at=NOON))
         yield database
         database.close()
 
@@ -40,7 +46,7 @@ async def until_looking(watch: Watch) -> None:
 def test_those_who_wait_wake_with_a_change(database: Database) -> None:
     async def scenario(watch: Watch, _: asyncio.Event) -> None:
         async def follow() -> list[str]:
-            async with watch.looking():
+            async with watch.looking(CART):
                 found: list[str] = []
                 position = await watch.latest()
                 while not found:
@@ -61,7 +67,7 @@ def test_older_changes_come_from_the_database(database: Database) -> None:
     made = [new_surgery(database) for _ in range(3)]
 
     async def scenario(watch: Watch, _: asyncio.Event) -> None:
-        async with watch.looking():
+        async with watch.looking(CART):
             await until_looking(watch)
             found = await watch.changes_after(0)
             assert [change.id for change in found.changes] == made
@@ -76,7 +82,7 @@ def test_memory_forgets_the_oldest_changes_and_none_is_missed(
     monkeypatch.setattr(watch_module, "_KEPT", 2)
 
     async def scenario(watch: Watch, _: asyncio.Event) -> None:
-        async with watch.looking():
+        async with watch.looking(CART):
             await until_looking(watch)
             start = await watch.latest()
             made = [await asyncio.to_thread(new_surgery, database) for _ in range(5)]
@@ -101,9 +107,9 @@ def test_the_end_of_a_job_is_waited_for(database: Database) -> None:
             jobs.cancel(session, job, NOON, CLIENT)
 
     async def scenario(watch: Watch, _: asyncio.Event) -> None:
-        waiting = asyncio.create_task(watch.job_end(job, PATIENCE_S))
+        waiting = asyncio.create_task(watch.job_end(job, PATIENCE_S, CART))
         await until_looking(watch)
-        await watch.job_end(job, 0.3)
+        await watch.job_end(job, 0.3, CART)
         assert not waiting.done()
         await asyncio.to_thread(cancel)
         await waiting
@@ -113,7 +119,7 @@ def test_the_end_of_a_job_is_waited_for(database: Database) -> None:
 
 def test_waiting_ends_when_the_service_stops(database: Database) -> None:
     async def scenario(watch: Watch, stopping: asyncio.Event) -> None:
-        waiting = asyncio.create_task(watch.job_end("none", PATIENCE_S))
+        waiting = asyncio.create_task(watch.job_end("none", PATIENCE_S, CART))
         await until_looking(watch)
         stopping.set()
         await waiting
@@ -122,13 +128,31 @@ def test_waiting_ends_when_the_service_stops(database: Database) -> None:
     run(database, scenario)
 
 
+def test_waiting_ends_with_the_admission(database: Database) -> None:
+    def revoke() -> None:
+        with database.write() as session:
+            keys.revoke(session, "cart", NOON, CLIENT)
+
+    async def scenario(watch: Watch, _: asyncio.Event) -> None:
+        async with watch.looking(CART):
+            waiting = asyncio.create_task(watch.job_end("none", PATIENCE_S, CART))
+            await until_looking(watch)
+            assert not watch.is_withdrawn(CART)
+            await asyncio.to_thread(revoke)
+            with pytest.raises(AccessEndedError, match="send a valid key"):
+                await waiting
+            assert watch.is_withdrawn(CART)
+
+    run(database, scenario)
+
+
 def test_nobody_looks_when_nobody_waits(database: Database) -> None:
     async def scenario(watch: Watch, _: asyncio.Event) -> None:
-        async with watch.looking():
+        async with watch.looking(CART):
             await until_looking(watch)
         while watch._task is not None:
             await asyncio.sleep(0.01)
-        async with watch.looking():
+        async with watch.looking(CART):
             assert watch._task is not None
 
     run(database, scenario)

@@ -9,18 +9,20 @@ from typing import Any
 
 from contract.calibration import CalibrationResult
 from contract.event import Actor, ActorKind
+from contract.job import JobState
 from contract.pose import PoseFields
 from contract.spine_setup import SpineSetup
 from contract.stage import StageResult
 from contract.surgery import NewSurgery
 from spinewatch.imaging.header import ImageHeader
 from spinewatch.rig_files.rig_json import rig_from_dict, rig_to_dict
-from store import calibration_requests, calibrations, jobs, measurements, stages, surgeries
+from store import calibration_requests, calibrations, jobs, measurements, stage_submission, surgeries
 from store.calibration_requests import NewRequest, NewShot
 from store.database import Database
 from store.images import NewImage
 from store.jobs import Lease
-from store.stages import NewStage
+from store.measurements import MeasuredStage
+from store.stage_submission import NewStage
 from store.tables import CALIBRATION_JOB, Stage
 from tests.paths import SAMPLES
 
@@ -62,7 +64,7 @@ def new_stage(
     captured_at: datetime | None = None,
 ) -> Stage:
     with database.write() as session:
-        return stages.submit(
+        return stage_submission.submit(
             session,
             surgeries.get(session, surgery),
             calibrations.get(session, calibration)
@@ -110,15 +112,48 @@ def expire(database: Database, job: str) -> None:
         assert jobs.expire(session, seen)
 
 
-def succeed(database: Database, lease: Lease, second: float = 0.0, result: StageResult | None = None) -> bool:
+def succeed(
+    database: Database, lease: Lease, second: float = 0.0, result: StageResult | MeasuredStage | None = None
+) -> bool:
     """End a job and store its result as a worker does; return whether the lease was held."""
     with database.write() as session:
         held = jobs.succeed(session, lease, at(second))
         if held and lease.kind == CALIBRATION_JOB:
             calibrations.add_solved(session, lease.subject_id, solved(), at(second), WORKER)
         elif held:
-            measurements.add(session, lease.subject_id, result or stage_result(), at(second), WORKER)
+            measured = (
+                result if isinstance(result, MeasuredStage) else MeasuredStage(result or stage_result())
+            )
+            measurements.add(session, lease.subject_id, measured, at(second), WORKER)
     return held
+
+
+def end(database: Database, job: str, state: JobState) -> None:
+    lease = claimed(database, job)
+    if state == JobState.SUCCEEDED:
+        succeed(database, lease)
+        return
+    with database.write() as session:
+        if state == JobState.FAILED:
+            jobs.fail(session, lease, "invalid-image", "The image is damaged.", NOON, WORKER)
+        elif state == JobState.CANCELLED:
+            jobs.cancel(session, job, NOON, CLIENT)
+
+
+def measured_take(database: Database, surgery: str, content: bytes, second: float, **options: bool) -> Stage:
+    """Add a take of PRE and measure it."""
+    with database.write() as session:
+        stage = stage_submission.submit(
+            session,
+            surgeries.get(session, surgery),
+            calibrations.add(session, RIG, NOON, CLIENT),
+            NewStage("PRE", image(content + b"l"), image(content + b"r"), None),
+            at(second),
+            CLIENT,
+            **options,
+        )
+    assert succeed(database, claimed(database, stage.job.id))
+    return stage
 
 
 def spine_setup(**changes: Any) -> SpineSetup:
@@ -192,6 +227,7 @@ def triad(label: str | None, **changes: Any) -> dict[str, Any]:
     rest: dict[str, Any] = {
         "label": label,
         "label_reason": None,
+        "label_manual": False,
         "model": "triad",
         "error_mm": 0.2,
         "balls": {},

@@ -53,6 +53,23 @@ def test_a_given_rig_has_no_report(database: Database) -> None:
         assert [row.id for row in calibrations.listed(session, PageRequest()).items] == [given.id]
 
 
+def test_the_quality_in_brief_is_that_of_the_report(database: Database) -> None:
+    lease = claimed_request(database)
+    assert succeed(database, lease)
+    with database.write() as session:
+        given = calibrations.add(session, RIG, NOON, CLIENT).id
+    with database.read() as session:
+        made = calibrations.get_with_report(session, lease.subject_id)
+        report = calibrations.report_of(made).report
+        briefs = calibrations.briefs(session, [given, lease.subject_id])
+        assert calibrations.briefs(session, []) == {}
+    left_out = report["leave_one_out"]
+    assert set(briefs) == {lease.subject_id}
+    brief = briefs[lease.subject_id]
+    assert brief.leave_one_out_sd_mm == (None if left_out is None else left_out["sd_mm"])
+    assert [flag.model_dump() for flag in brief.flags] == report["flags"]
+
+
 def test_shots_count_from_one(database: Database) -> None:
     lease = claimed_request(database)
     succeed(database, lease)

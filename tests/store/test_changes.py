@@ -1,7 +1,7 @@
 from contract.change import Changes
 from contract.event import Outcome
 from contract.key import NewKey, Scope
-from store import changes, events, jobs, keys
+from store import changes, events, jobs, keys, retention
 from store.database import Database
 from store.events import Action
 from tests.store.builders import CLIENT, NOON, claimed, new_stage, new_surgery, succeed
@@ -59,3 +59,14 @@ def test_a_glance_has_the_jobs_that_have_ended(database: Database) -> None:
         seen = changes.glance(session, [first, second])
         assert seen.ended == {first}
         assert changes.glance(session, []) == changes.Glance(seen.last, frozenset())
+
+
+def test_of_a_deleted_surgery_only_its_deletion_is_told(database: Database) -> None:
+    kept, deleted = new_surgery(database), new_surgery(database)
+    new_stage(database, deleted)
+    with database.write() as session:
+        retention.delete(session, deleted, None, NOON, CLIENT)
+    named = (change for change in listed(database).changes if change.surgery_id is not None)
+    found = [(change.surgery_id, change.action) for change in named]
+    assert found == [(kept, "surgery:created"), (deleted, "surgery:deleted")]
+    assert [change.action for change in listed(database, surgery=deleted).changes] == ["surgery:deleted"]

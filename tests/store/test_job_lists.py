@@ -1,9 +1,9 @@
 from contract.job import JobState
-from store import job_lists
+from store import job_lists, retention
 from store.database import Database
 from store.page import PageRequest
 from store.tables import SPINE_JOB, STAGE_JOB
-from tests.store.builders import NOON, at, claimed, new_stage, new_surgery
+from tests.store.builders import CLIENT, NOON, at, claimed, new_stage, new_surgery
 
 
 def test_jobs_are_found_by_state_kind_surgery_and_time(database: Database) -> None:
@@ -26,3 +26,14 @@ def test_jobs_are_found_by_state_kind_surgery_and_time(database: Database) -> No
         row = job_lists.listed(session, wanted).items[0]
         assert row.stage is not None
         assert row.stage.name == "PRE"
+
+
+def test_jobs_of_a_deleted_surgery_are_not_listed(database: Database) -> None:
+    kept, deleted = new_surgery(database), new_surgery(database)
+    shown = new_stage(database, kept).job.id
+    new_stage(database, deleted)
+    with database.write() as session:
+        retention.delete(session, deleted, None, NOON, CLIENT)
+    with database.read() as session:
+        assert [row.id for row in job_lists.listed(session, PageRequest()).items] == [shown]
+        assert job_lists.listed(session, PageRequest(), surgery_id=deleted).items == []

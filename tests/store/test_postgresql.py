@@ -12,12 +12,12 @@ from sqlalchemy import func, make_url, select, text
 from sqlalchemy.exc import DBAPIError, OperationalError
 
 from migrations.history import upgrade
-from store import calibrations, stages
+from store import calibrations, stage_submission
 from store.database import Database
 from store.errors import StageExistsError
 from store.postgresql import connection_options
 from store.revision import REVISION, current_revision
-from store.stages import NewStage
+from store.stage_submission import NewStage
 from store.tables import Event, Job, Stage, Surgery
 from store.unavailable import is_unavailable
 from tests.backends import new_database
@@ -46,7 +46,7 @@ def in_turn(database: Database, work: str) -> None:
         surgery = session.scalars(select(Surgery)).one()
         calibration = calibrations.add(session, RIG, NOON, CLIENT)
         new = NewStage("PRE", image(work.encode()), image(b"right"), None)
-        stages.submit(session, surgery, calibration, new, NOON, CLIENT)
+        stage_submission.submit(session, surgery, calibration, new, NOON, CLIENT)
 
 
 def test_of_carts_that_race_for_a_stage_name_one_wins_and_the_others_are_told(database: Database) -> None:

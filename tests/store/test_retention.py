@@ -8,8 +8,9 @@ from sqlalchemy import func, select, text
 from sqlalchemy.exc import IntegrityError
 
 from contract.job import JobState
+from contract.pair_result import PairResult
 from spinewatch.imaging.pixel_spacing import SpacingSource
-from store import events, images, jobs, radiographs, retention, spine_setups, spines, surgeries
+from store import events, images, jobs, pair_results, radiographs, retention, spine_setups, spines, surgeries
 from store.audit import verify_chain
 from store.database import Database, sqlite_path
 from store.errors import NotFoundError, SurgeryDeletedError
@@ -41,8 +42,10 @@ KEPT = {"events", "tombstones", "purges", "purged_images"}
 def whole_surgery(database: Database, left: bytes = b"left", right: bytes = b"right") -> str:
     """A surgery with rows in every table that can have some."""
     surgery = new_surgery(database)
-    succeed(database, claimed(database, new_stage(database, surgery, pair=(left, right)).job.id))
+    stage = new_stage(database, surgery, pair=(left, right))
+    succeed(database, claimed(database, stage.job.id))
     with database.write() as session:
+        pair_results.add(session, stage.id, [PairResult()])
         spine_setups.put(session, surgery, spine_setup(), NOON, CLIENT)
         spines.submit(session, surgery, NOON)
         radiographs.add(session, surgery, RADIOGRAPH, NOON, CLIENT)

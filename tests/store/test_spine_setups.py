@@ -36,6 +36,7 @@ def test_a_change_is_a_new_revision_and_the_same_setup_is_none(database: Databas
         actions = session.scalars(select(Event.action).order_by(Event.seq)).all()
     assert [item.revision for item in stored] == [1, 2, 3]
     assert [item.setup for item in stored] == [spine_setup(), other, spine_setup()]
+    assert [item.actor for item in stored] == [CLIENT.name] * 3
     assert actions.count("spine:configured") == 3
 
 

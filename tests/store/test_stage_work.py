@@ -1,6 +1,6 @@
 from contract.job import JobState
 from contract.revision import Remeasurement
-from store import stage_work, stages
+from store import stage_submission, stage_work
 from store.database import Database
 from store.tables import Stage
 from tests.store.builders import (
@@ -8,13 +8,16 @@ from tests.store.builders import (
     NOON,
     at,
     claimed,
+    end,
     new_stage,
     new_surgery,
     stage_result,
     succeed,
+    triad,
     without_pose,
 )
-from tests.store.test_stages import ALL, end
+
+ALL = [triad(label) for label in ("L1", "T11", "T9", "T7")]
 
 
 def test_work_is_images_rig_and_labels(database: Database) -> None:
@@ -75,7 +78,7 @@ def test_a_revision_decides_on_the_labels_of_later_stages_and_repeats_no_image(d
     succeed(database, claimed(database, first.job.id), result=stage_result(ALL))
     stage = new_stage(database, surgery, "POST", (b"l", b"r"), now=at(9))
     with database.write() as session:
-        revised = stages.revise(
+        revised = stage_submission.revise(
             session, surgery, "PRE", Remeasurement(kind="measure", take=1), at(10), CLIENT
         )
     assert decided(database, stage) == (None, revised.job.id)

@@ -1,6 +1,8 @@
 import pytest
+from sqlalchemy import create_engine, text
 from sqlalchemy.exc import OperationalError
 
+from store.errors import DatabaseNotReadyError
 from workers.patience import patiently
 
 LOCKED = OperationalError("BEGIN IMMEDIATE", None, Exception("database is locked"))
@@ -45,5 +47,14 @@ def test_another_error_is_raised_at_once(clock: list[float]) -> None:
         raise ValueError("a defect")
 
     with pytest.raises(ValueError, match="a defect"):
+        patiently(action, 60)
+    assert clock == []
+
+
+def test_missing_tables_fail_at_once_by_name(clock: list[float]) -> None:
+    def action() -> None:
+        create_engine("sqlite://").connect().execute(text("SELECT 1 FROM nothing"))
+
+    with pytest.raises(DatabaseNotReadyError, match="spinewatch db upgrade"):
         patiently(action, 60)
     assert clock == []

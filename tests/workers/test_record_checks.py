@@ -15,6 +15,7 @@ from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import Side
 from store.stage_work import EarlierStage, StageWork
 from tests.store.builders import sample_pair
+from workers.decoded_images import DecodedImages
 from workers.record_checks import burst_repetition_flags, repetition_flags, time_flags
 
 NOON = datetime(2026, 11, 21, 12, tzinfo=UTC)
@@ -62,7 +63,8 @@ def work(
 
 def repeated(files: Files, *before: EarlierStage) -> Mapping[str, str]:
     pixels: dict[Side, Pixels] = {"left": decode_image(files[0]), "right": decode_image(files[1])}
-    return {flag.code: flag.detail for flag in repetition_flags(work(files, before), pixels)}
+    found = repetition_flags(work(files, before), pixels, DecodedImages(1 << 20))
+    return {flag.code: flag.detail for flag in found}
 
 
 def other_files(files: Files, noise: float) -> Files:

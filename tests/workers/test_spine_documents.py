@@ -72,6 +72,9 @@ def test_the_document_holds_the_assessment() -> None:
     assert REFERENCE in found.reference_line
     for state, position in zip(found.vertebrae, expected.configuration.poses.position_mm, strict=True):
         assert state.position_mm == pytest.approx(position, abs=1e-9)
+    assert found.object_to_spine is not None
+    assert found.object_to_spine.rotation == expected.object_to_spine.rotation.tolist()
+    assert found.object_to_spine.translation_mm == expected.object_to_spine.translation_mm.tolist()
     assert [m.value for m in found.measures] == pytest.approx(
         [None if np.isnan(m.value) else m.value for m in expected.measured.measures], abs=1e-6
     )

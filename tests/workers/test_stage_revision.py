@@ -2,52 +2,11 @@ from typing import Any
 
 import pytest
 
-from contract.revision import LabelEdit, TriadEdits
-from contract.stage import StageResult
 from spinewatch.detection.candidates.templates import default_template_set
 from spinewatch.errors import ParameterError
 from spinewatch.pipeline import Parameters
-from tests.store.builders import stage_result, triad
-from workers.stage_revision import UnknownTemplatesError, chosen_templates, edited, revised_parameters
-
-VERTEBRAE = ("L1", "T11", "T9", "T7")
-UNCERTAIN = {"code": "labels-uncertain", "detail": "which?"}
-OTHER = {"code": "ball-occluded", "detail": "XX"}
-
-
-def edit(result: StageResult, labels: dict[int, str | None], *removed: int) -> StageResult:
-    listed = [LabelEdit(triad=k, label=label) for k, label in labels.items()]
-    return edited(result, TriadEdits(kind="edit", take=1, labels=listed, removed=list(removed)), VERTEBRAE)
-
-
-def unlabelled(number: int) -> dict[str, Any]:
-    return {**triad("L1"), "label": None, "label_reason": f"not certain {number}"}
-
-
-def test_labels_are_set_and_triads_are_in_their_order() -> None:
-    result = stage_result([unlabelled(0), unlabelled(1), unlabelled(2)], flags=[UNCERTAIN, OTHER])
-    after = edit(result, {0: "T9", 2: "L1"})
-    assert [(t.label, t.label_reason) for t in after.triads] == [
-        ("L1", None),
-        ("T9", None),
-        (None, "not certain 1"),
-    ]
-    assert [flag.code for flag in after.flags] == ["labels-uncertain", "ball-occluded"]
-    whole = edit(result, {0: "T9", 2: "L1"}, 1)
-    assert [t.label for t in whole.triads] == ["L1", "T9"]
-    assert [flag.code for flag in whole.flags] == ["ball-occluded"]
-
-
-def test_a_label_is_taken_away_with_a_reason() -> None:
-    after = edit(stage_result(), {0: None})
-    assert [t.label for t in after.triads] == ["T11", None]
-    assert after.triads[1].label_reason == "the label was taken away by a person"
-
-
-def test_everything_else_stays_as_it_was_measured() -> None:
-    before = stage_result()
-    after = edit(before, {0: "L1"})
-    assert after == before
+from tests.store.builders import stage_result
+from workers.stage_revision import UnknownTemplatesError, chosen_templates, parameters_of, revised_parameters
 
 
 def test_parameters_are_replaced_one_by_one() -> None:
@@ -79,3 +38,8 @@ def test_templates_are_chosen_by_their_version() -> None:
     assert chosen_templates(own.version, own) is own
     with pytest.raises(UnknownTemplatesError, match=own.version):
         chosen_templates("1066", own)
+
+
+def test_parameters_of_a_result_are_those_of_the_method() -> None:
+    result = stage_result(parameters={"ball_diameter_mm": 6.0, "calibration_max_age_days": 1.0})
+    assert parameters_of(result) == {"ball_diameter_mm": 6.0}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import datetime, timedelta
 from functools import lru_cache
 from hashlib import sha256
@@ -35,25 +35,33 @@ from spinewatch.progress import Progress, part
 from spinewatch.rig_files.rig_json import parse_rig
 from spinewatch.rig_plausibility import check_measurable_rig
 from spinewatch.tracking.synchronization import SynchronizationParameters, delay_flags, parallax_gain
-from store import measurements, spines, stage_work
+from store import measurements, relabelling, spines, stage_work
 from store.jobs import Lease
+from store.measurements import MeasuredStage
 from store.stage_work import PairWork, StageWork
 from store.tables import STAGE_JOB
+from workers.decoded_images import DecodedImages
+from workers.pair_results import pair_results
 from workers.record_checks import burst_repetition_flags, repetition_flags, time_flags
 from workers.registry import Handler
 from workers.stage_burst import burst_result, view_delay_s
+from workers.stage_centres import EditedTake
+from workers.stage_decisions import decide, decided
+from workers.stage_edits import edited
 from workers.stage_labels import label_pairs
-from workers.stage_revision import chosen_templates, edited, revised_parameters
+from workers.stage_revision import chosen_templates, parameters_of, revised_parameters
 
 _VERSION = version("spinewatch")
 _DAY = timedelta(days=1)
 _MAX_RIGS = 8
 """Measurers that a worker keeps prepared, one per rig."""
+_KEPT_BYTES = 48 << 20
+"""Gray levels of earlier stages that a worker keeps: 100 pairs of the 568 x 416 cart."""
 _COMPARED_STAGES = 4
 """Number of the latest earlier stages whose gray levels a stage is compared with."""
 
 
-class StageHandler(Handler[StageWork, StageResult]):
+class StageHandler(Handler[StageWork, MeasuredStage]):
     """Measures the stereo pair of a stage, or the pairs of its burst.
 
     Parameters
@@ -81,6 +89,7 @@ class StageHandler(Handler[StageWork, StageResult]):
         self._clock_tolerance = clock_tolerance
         self._comparison = ComparisonParameters()
         self._synchronization = SynchronizationParameters()
+        self._decoded = DecodedImages(_KEPT_BYTES)
         pool = ThreadPoolExecutor(max_workers=1)
 
         @lru_cache(maxsize=_MAX_RIGS)
@@ -111,7 +120,7 @@ class StageHandler(Handler[StageWork, StageResult]):
         """
         return stage_work.work(session, lease.subject_id, _COMPARED_STAGES)
 
-    def run(self, work: StageWork, progress: Progress) -> StageResult:
+    def run(self, work: StageWork, progress: Progress) -> MeasuredStage:
         """Return what is measured in the stereo pair, or in the pairs of a burst; or the edited result of a revision.
 
         Parameters
@@ -123,7 +132,7 @@ class StageHandler(Handler[StageWork, StageResult]):
 
         Returns
         -------
-        StageResult
+        MeasuredStage
             The result, with flags of the calibration's age, of implausible times, of repeated images and of views that
             were not exposed together.
 
@@ -135,40 +144,61 @@ class StageHandler(Handler[StageWork, StageResult]):
             Labels depend on an earlier stage whose job has not ended.
         """
         revision = work.revision
-        if revision is not None and isinstance(revision.changes, TriadEdits):
-            return edited(revision.revised, revision.changes, work.vertebrae)
+        if revision is None or isinstance(revision.changes, Remeasurement):
+            return self._measured(work, progress, None)
+        edits = revision.changes if isinstance(revision.changes, TriadEdits) else None
+        if edits is not None and not edits.centres:
+            return edited(revision.revised, edits, work.vertebrae, work.reference_vertebra)
+        take = EditedTake(revision.revised, edits)
+        return decided(
+            self._measured(work, progress, take), take.decisions, take.removed, relabelled=edits is None
+        )
+
+    def _measured(self, work: StageWork, progress: Progress, take: EditedTake | None) -> MeasuredStage:
+        """Return what is measured in the images; from the features of a take with a person's edits, if there is one."""
         axis = cast(Literal["x", "y", "auto"], work.spine_axis)
         request = StageRequest(labels=work.vertebrae, spine_axis=axis, extra_levels=work.extra_levels)
         measurer = self._measurer_for(work)
-        first, *further = work.pairs
+        pairs, measured = work.pairs, []
         progress("decode", 0.0)
-        frames = _frames(first)
-        measured = [measurer.measure(*frames, request, _of_pair(progress, 0, len(work.pairs)))]
-        digests = [_digests(frames)] if further else []
-        for index, pair in enumerate(further, start=1):
-            others = _frames(pair)
-            digests.append(_digests(others))
-            measured.append(measurer.measure(*others, request, _of_pair(progress, index, len(work.pairs))))
+        first = _frames(pairs[0])
+        digests = []
+        for index, pair in enumerate(pairs):
+            frames = first if index == 0 else _frames(pair)
+            step = _of_pair(progress, index, len(pairs))
+            if len(pairs) > 1:
+                digests.append(_digests(frames))
+            measured.append(
+                measurer.measure(*frames, request, step, explained=True)
+                if take is None
+                else take.measure(measurer, index + 1, frames, request, step)
+            )
         labelled = label_pairs(measured, request, work)
+        if take is not None:
+            labelled = [
+                replace(one, measurement=decide(one.measurement, take.decisions, work.vertebrae))
+                for one in labelled
+            ]
         made = _VERSION, self._settings()
-        if further:
-            result = burst_result(work.pairs, labelled, request.labels, work.reference_vertebra, made)
+        if len(pairs) > 1:
+            result = burst_result(pairs, labelled, request.labels, work.reference_vertebra, made)
         else:
             result = StageResult.of(labelled[0].measurement, *made).model_copy(
-                update={"view_delay_s": view_delay_s(first), "labelled_by": labelled[0].labelled_by}
+                update={"view_delay_s": view_delay_s(pairs[0]), "labelled_by": labelled[0].labelled_by}
             )
-        pixels = {frame.side: frame.pixels for frame in frames}
+        pixels = {frame.side: frame.pixels for frame in first}
         record = [
             *time_flags(work, self._clock_tolerance),
-            *repetition_flags(work, pixels, self._comparison),
+            *repetition_flags(work, pixels, self._decoded, self._comparison),
             *burst_repetition_flags(digests),
             *self._delay_flags(work, measurer.rig),
         ]
         flags = [*result.flags, *self._age_flags(work.calibration_age / _DAY), *Flag.of(record)]
-        return result.model_copy(update={"flags": flags})
+        result = result.model_copy(update={"flags": flags})
+        return MeasuredStage(result, pair_results([one.measurement for one in labelled], result))
 
     def store(
-        self, session: Session, lease: Lease, result: StageResult, now: datetime, actor: Actor
+        self, session: Session, lease: Lease, result: MeasuredStage, now: datetime, actor: Actor
     ) -> tuple[str, ...]:
         """Add the measurement of the stage.
 
@@ -188,18 +218,26 @@ class StageHandler(Handler[StageWork, StageResult]):
         Returns
         -------
         tuple of str
-            The job that computes the spines of the surgery, if it has a setup.
+            Jobs that find the labels of later stages again, and the one that computes the spines of the surgery, if it
+            has a setup.
         """
         measurements.add(session, lease.subject_id, result, now, actor)
-        job_id = None if lease.surgery_id is None else spines.submit(session, lease.surgery_id, now)
-        return () if job_id is None else (job_id,)
+        if lease.surgery_id is None:
+            return ()
+        relabelled = relabelling.submit(session, lease.surgery_id, now, actor)
+        job_id = spines.submit(session, lease.surgery_id, now)
+        return relabelled if job_id is None else (*relabelled, job_id)
 
     def _measurer_for(self, work: StageWork) -> StageMeasurer:
         rig_json = json.dumps(work.rig)
-        changes = None if work.revision is None else work.revision.changes
-        if not isinstance(changes, Remeasurement):
+        if work.revision is None:
             return self._measurer(rig_json)
-        return self._measurer(rig_json, json.dumps(changes.parameters, sort_keys=True), changes.templates)
+        changes, revised = work.revision.changes, work.revision.revised.result
+        if isinstance(changes, Remeasurement):
+            wanted, templates = changes.parameters, changes.templates
+        else:
+            wanted, templates = parameters_of(revised), revised.templates
+        return self._measurer(rig_json, json.dumps(wanted, sort_keys=True), templates)
 
     def _settings(self) -> dict[str, Any]:
         return {

@@ -14,6 +14,9 @@ from spinewatch.camera import Rig
 from spinewatch.geometry.transforms import fit_rigid
 from spinewatch.geometry.triangulation import triangulate
 
+TABLE_3_4_SD_MM = (0.34, 0.35, 0.66)
+"""Standard deviations in X, Y and Z of the reconstructed control points of the thesis, Table 3.4, mm."""
+
 _MIN_RIGID_POINTS = 3
 
 

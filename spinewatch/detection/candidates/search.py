@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Literal
 
 import numpy as np
 
 from spinewatch.arrays import Floating, Single
 from spinewatch.detection.candidates.decision_space import decision_space, feature_space
 from spinewatch.detection.candidates.property_spaces import PropertySpace, property_planes
-from spinewatch.detection.candidates.segmentation import peaks, threshold_components
+from spinewatch.detection.candidates.segmentation import peaks
 from spinewatch.detection.candidates.similarity import Measure
 from spinewatch.detection.candidates.surgical_field import FieldParameters, SurgicalField, surgical_field
 from spinewatch.detection.candidates.templates import TemplateSet, TemplateTree, default_template_set
-from spinewatch.detection.features import Features
+from spinewatch.detection.features import DiscardedCandidates, Features
 from spinewatch.flags import Flag
 from spinewatch.imaging.exposure import Exposure, ExposureParameters, correct_exposure
-from spinewatch.imaging.filters import truncated_median_filter
 from spinewatch.imaging.frame import Frame, Side
 from spinewatch.imaging.pyramid import reduce_image
 from spinewatch.imaging.quality import SOUND, ImageQuality, QualityParameters, assess_image
@@ -37,15 +35,11 @@ class Comparison:
         Measure of similarity.
     weight
         Weight in the feature space.
-    gate
-        Least similarity of the root for representatives to be compared; None compares with the root only (the relaxed
-        mode of section 7.2).
     """
 
     space: PropertySpace
     measure: Measure
     weight: float = 1.0
-    gate: float | None = None
 
 
 @dataclass(frozen=True)
@@ -69,21 +63,15 @@ class DetectionParameters:
     dark_blur_px
         Standard deviation of the Gaussian filter of very dark images before the logarithm, px; the correction of their
         exposure has amplified noise.
-    median
-        Whether the truncated median filter is applied to the published spaces, gray level and edge magnitude.
     scales
         Ball sizes that are searched for, relative to the nominal one.
-    segmentation
-        Local maxima ("peaks") or the thesis's components of the best pixels ("components").
     max_features
-        Number of features to return at most; for components the number expected.
-    pixels_per_feature
-        For components: pixels per expected feature.
+        Number of features to return at most.
     peak_radius
-        For peaks: half side of the neighbourhood of a maximum, as a fraction of the smaller of a ball's width and
+        Half side of the neighbourhood of a maximum, as a fraction of the smaller of a ball's width and
         height. Two balls closer than half a diameter hide each other.
     min_score
-        For peaks: least score.
+        Least score.
     sigma_px
         Standard deviation of a feature's position before refinement, (u, v), px of the searched image.
     """
@@ -95,14 +83,14 @@ class DetectionParameters:
     comparisons: tuple[Comparison, ...] = (Comparison(PropertySpace.DIRECTIVITY, Measure.CCN),)
     log_offset: float = 4.0
     dark_blur_px: float = 0.5
-    median: bool = False
     scales: tuple[float, ...] = (1.03,)
-    segmentation: Literal["peaks", "components"] = "peaks"
     max_features: int = 250
-    pixels_per_feature: int = 6
     peak_radius: float = 1 / 3
     min_score: float = 0.2
     sigma_px: tuple[float, float] = (0.15, 0.15)
+
+
+_NONE_DISCARDED = DiscardedCandidates.empty()
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +109,8 @@ class Detection:
         Remarks on the image.
     quality
         Quality of the image; its flags are among the flags.
+    discarded
+        Candidates that are no features; none before refinement.
     """
 
     features: Features
@@ -128,6 +118,29 @@ class Detection:
     exposure: Exposure
     flags: tuple[Flag, ...]
     quality: ImageQuality = SOUND
+    discarded: DiscardedCandidates = _NONE_DISCARDED
+
+
+@dataclass(frozen=True, eq=False)
+class CandidateMaps:
+    """What an image becomes on the way to its features, at the reduced size.
+
+    Attributes
+    ----------
+    tone
+        Log gray levels after the correction of the exposure, shape (H, W).
+    activity
+        Sum of the magnitudes of the gradient along u and v, shape (H, W).
+    field
+        Surgical field, reduced px.
+    feature_space
+        Similarity to a ball in the field, shape (h, w).
+    """
+
+    tone: Floating
+    activity: Floating
+    field: SurgicalField
+    feature_space: Floating
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,14 +192,9 @@ class CandidateSearch:
         gray, exposure = correct_exposure(stored, p.exposure)
         if exposure is Exposure.BLANK:
             return Detection(Features.empty(), whole, exposure, (Flag("blank-image", "the image is blank"),))
-        small = reduce_image(gray, factor)
-        blur_px = p.dark_blur_px if exposure is Exposure.VERY_DARK else 0.0
-        gradient = property_planes(log_tone(small, p.log_offset, blur_px), PropertySpace.DIRECTIVITY)
-        activity = np.abs(gradient[0])
-        activity += np.abs(gradient[1])
-        box = surgical_field(activity, self.field)
-        crop = np.s_[..., box.v0 : box.v1, box.u0 : box.u1]
-        xy, score = self._segment(self._feature_space(small[crop], gradient[crop]))
+        maps = self._maps(gray, exposure)
+        box = maps.field
+        xy, score = self._segment(maps.feature_space)
         xy = (xy + np.array([box.u0, box.v0])) * factor + (factor - 1) / 2
         box = SurgicalField(*(factor * edge for edge in (box.u0, box.v0, box.u1, box.v1)))
         flags: tuple[Flag, ...] = (
@@ -196,22 +204,47 @@ class CandidateSearch:
         flags += _exposure_flags(exposure) + _defect_flags(frame) + quality.flags
         return Detection(self._features(xy, score), box, exposure, flags, quality)
 
+    def maps(self, frame: Frame) -> CandidateMaps | None:
+        """Return what an image becomes on the way to its features.
+
+        Parameters
+        ----------
+        frame
+            Image of the view that the search is prepared for.
+
+        Returns
+        -------
+        CandidateMaps or None
+            The maps; None for a blank image.
+        """
+        gray, exposure = correct_exposure(frame.gray(), self.parameters.exposure)
+        return None if exposure is Exposure.BLANK else self._maps(gray, exposure)
+
+    def _maps(self, gray: Single, exposure: Exposure) -> CandidateMaps:
+        """Return the maps of an image (H, W) whose exposure is corrected."""
+        p = self.parameters
+        small = reduce_image(gray, self.reduction)
+        blur_px = p.dark_blur_px if exposure is Exposure.VERY_DARK else 0.0
+        tone = log_tone(small, p.log_offset, blur_px)
+        gradient = property_planes(tone, PropertySpace.DIRECTIVITY)
+        activity = np.abs(gradient[0])
+        activity += np.abs(gradient[1])
+        box = surgical_field(activity, self.field)
+        crop = np.s_[..., box.v0 : box.v1, box.u0 : box.u1]
+        return CandidateMaps(tone, activity, box, self._feature_space(small[crop], gradient[crop]))
+
     def _feature_space(self, gray: Single, gradient: Single) -> Floating:
         """Return the feature space (H, W) of gray levels (H, W) and the gradient (2, H, W) of their logarithm."""
-        if self.parameters.median:
-            gray = truncated_median_filter(gray)
         comparisons = self.parameters.comparisons
         decisions = []
         for c, tree in zip(comparisons, self.trees, strict=True):
             planes = gradient if c.space is PropertySpace.DIRECTIVITY else property_planes(gray, c.space)
-            decisions.append(decision_space(planes, tree, c.measure, c.gate))
+            decisions.append(decision_space(planes, tree, c.measure, None))
         return feature_space(decisions, [c.weight for c in comparisons])
 
     def _segment(self, space: Floating) -> tuple[Floating, Floating]:
         """Return positions (n, 2), px, and scores (n,) of the features of a feature space (H, W)."""
         p = self.parameters
-        if p.segmentation == "components":
-            return threshold_components(space, p.max_features * p.pixels_per_feature)
         radius_px = max(1, round(min(self.ball_px) * p.peak_radius))
         return peaks(space, p.max_features, radius_px, p.min_score)
 
@@ -297,7 +330,7 @@ def detect(
     References
     ----------
     Thesis chapter 4 and appendix C. By default gradient vectors of the log image are compared with the root only, and
-    features are local maxima; `spinewatch.thesis_1995.detection` has the published parameters.
+    features are local maxima; `spinewatch.thesis_1995.detect_point` is the published method.
 
     Examples
     --------

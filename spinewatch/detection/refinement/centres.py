@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 
 from spinewatch.arrays import Bool, Float, Int, Single
 from spinewatch.camera import Camera
-from spinewatch.detection.features import Features
+from spinewatch.detection.features import HIDDEN, DiscardedCandidates, Features
 from spinewatch.detection.refinement.lamp import LampEstimates, estimate_lamp
 from spinewatch.detection.refinement.networks import BallEstimates, BallNetwork, BallNetworks, predict_balls
 from spinewatch.detection.refinement.outlines import outline_offsets
@@ -60,6 +60,8 @@ class CentreParameters:
         A network's log-odds are clipped to this magnitude.
     template_weight
         Log-odds that correspond to a template similarity of 1; a blood clot may deceive either criterion.
+    manual_sd
+        Standard deviation per axis of a centre that a person places in an enlarged image: 0.6 px for a ball of 10 px.
     """
 
     n_shared: int = 24
@@ -75,6 +77,7 @@ class CentreParameters:
     model_sd: float = 0.008
     max_log_odds: float = 6.0
     template_weight: float = 20.0
+    manual_sd: float = 0.12
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,9 +194,25 @@ def propose(
     )
 
 
+@dataclass(frozen=True, eq=False)
+class RefinedView:
+    """The balls of one view.
+
+    Attributes
+    ----------
+    features
+        Features with refined centres, most probable balls first.
+    discarded
+        Candidates that are none of them.
+    """
+
+    features: Features
+    discarded: DiscardedCandidates
+
+
 def refine(
     proposals: tuple[Proposals, Proposals], parameters: CentreParameters, pool: Executor | None = None
-) -> tuple[Features, Features]:
+) -> tuple[RefinedView, RefinedView]:
     """Return the features of both views with refined centres, most probable balls first.
 
     Parameters
@@ -207,7 +226,7 @@ def refine(
 
     Returns
     -------
-    tuple of Features
+    tuple of RefinedView
         Left and right features: centres of the balls' images, px, with covariances. Scores combine the network's odds
         and the template similarity. Proposals of the same ball are one feature.
     """
@@ -217,7 +236,7 @@ def refine(
     return both(lambda part: _refine(*part, measured, parameters), left, right, pool)
 
 
-def _refine(proposals: Proposals, lamp: Float, lamp_is_measured: bool, p: CentreParameters) -> Features:
+def _refine(proposals: Proposals, lamp: Float, lamp_is_measured: bool, p: CentreParameters) -> RefinedView:
     """Return the features of one view, given the lamp direction (2,)."""
     view, ball_px = proposals, proposals.ball_px
     predictor = _Predictor(view.network, view.tone, ball_px, lamp, lamp_is_measured, p.max_shift)
@@ -235,11 +254,14 @@ def _refine(proposals: Proposals, lamp: Float, lamp_is_measured: bool, p: Centre
     mean_covariance = (covariance[best] + _covariance_px2(rotated, ball_px)) / 2
     covariance[best] = mean_covariance * ((1 + p.rotation_correlation) / 2)
 
-    order = _best(score, len(score))
-    order = order[_without_duplicates(centre[order] / (ball_px / 2), p.merge_radius)][: p.n_kept]
+    ranked = _best(score, len(score))
+    order = ranked[_without_duplicates(centre[ranked] / (ball_px / 2), p.merge_radius)][: p.n_kept]
     xy_px = centre[order] - outline_offsets(view.camera, centre[order], ball_px[0])
     model_covariance = np.diag(np.square(p.model_sd * ball_px / 2))
-    return Features(xy_px, score[order], covariance[order] + model_covariance, visible[order])
+    features = Features(xy_px, score[order], covariance[order] + model_covariance, visible[order])
+    rest = ranked[~np.isin(ranked, order)]
+    same = _nearest(centre[rest] / (ball_px / 2), centre[order] / (ball_px / 2), p.merge_radius)
+    return RefinedView(features, DiscardedCandidates(centre[rest], score[rest], same != HIDDEN, same))
 
 
 @dataclass(frozen=True, eq=False)
@@ -292,6 +314,14 @@ def _score(estimates: BallEstimates, similarity: Float, p: CentreParameters) -> 
 def _covariance_px2(estimates: BallEstimates, ball_px: Float) -> Float:
     """Return the covariances (n, 2, 2) of centres, px^2, for a size (2,) of balls, px."""
     return np.asarray(estimates.covariance * np.outer(ball_px, ball_px) / 4)
+
+
+def _nearest(positions: Float, others: Float, radius: float) -> Int:
+    """Return the index of the nearest of others (m, 2) to positions (n, 2); `HIDDEN` where none is within a radius."""
+    if not len(others) or not len(positions):
+        return np.full(len(positions), HIDDEN)
+    distance, index = cKDTree(others).query(positions)
+    return np.where(distance <= radius, index, HIDDEN)
 
 
 def _without_duplicates(positions: Float, radius: float) -> Int:

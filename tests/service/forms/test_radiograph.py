@@ -1,7 +1,10 @@
 """The form of a radiograph: sides, spacing and files."""
 
 import io
-from typing import Any
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from tempfile import SpooledTemporaryFile
+from typing import Any, BinaryIO, cast
 
 import numpy as np
 import pytest
@@ -14,6 +17,7 @@ from service.problems import InvalidInputError
 from spinewatch.imaging.pixel_spacing import SpacingSource
 from tests.spinewatch.imaging.dicom_files import dicom
 
+Form = Callable[..., RadiographForm]
 GRAY = np.arange(12, dtype=np.uint8).reshape(3, 4)
 
 
@@ -23,12 +27,21 @@ def png() -> bytes:
     return buffer.getvalue()
 
 
-def form(content: bytes, **fields: Any) -> RadiographForm:
-    given = {"view": "pa", "left_on": "left", **fields}
-    return RadiographForm(image=UploadFile(io.BytesIO(content)), **given)
+@pytest.fixture
+def form() -> Iterator[Form]:
+    with ExitStack() as files:
+
+        def made(content: bytes, **fields: Any) -> RadiographForm:
+            file = files.enter_context(SpooledTemporaryFile(max_size=1 << 20))
+            file.write(content)
+            file.seek(0)
+            given = {"view": "pa", "left_on": "left", **fields}
+            return RadiographForm(image=UploadFile(cast("BinaryIO", file)), **given)
+
+        yield made
 
 
-def test_the_spacing_of_a_form_takes_precedence() -> None:
+def test_the_spacing_of_a_form_takes_precedence(form: Form) -> None:
     given = read_new_radiograph(form(dicom(GRAY), pixel_spacing_mm="0.143,0.15"))
     assert (given.pixel_spacing_mm, given.spacing_source) == ((0.143, 0.15), SpacingSource.GIVEN)
     found = read_new_radiograph(form(dicom(GRAY)))
@@ -36,7 +49,7 @@ def test_the_spacing_of_a_form_takes_precedence() -> None:
 
 
 @pytest.mark.parametrize("content", [png(), dicom(GRAY, PixelSpacing=None)], ids=["PNG", "DICOM"])
-def test_without_a_spacing_the_problem_says_what_to_do(content: bytes) -> None:
+def test_without_a_spacing_the_problem_says_what_to_do(form: Form, content: bytes) -> None:
     with pytest.raises(InvalidInputError, match="pixel_spacing_mm=") as error:
         read_new_radiograph(form(content))
     assert error.value.code == "pixel-spacing-missing"
@@ -46,13 +59,13 @@ def test_without_a_spacing_the_problem_says_what_to_do(content: bytes) -> None:
 @pytest.mark.parametrize(
     ("content", "code"), [(b"text", "invalid-image"), (dicom(GRAY, Rows=9), "invalid-dicom")]
 )
-def test_a_file_that_cannot_be_read_names_its_part(content: bytes, code: str) -> None:
+def test_a_file_that_cannot_be_read_names_its_part(form: Form, content: bytes, code: str) -> None:
     with pytest.raises(InvalidInputError) as error:
         read_new_radiograph(form(content, pixel_spacing_mm="0.1,0.1"))
     assert (error.value.code, error.value.loc) == (code, ["body", "image"])
 
 
-def test_the_side_is_that_of_the_view() -> None:
+def test_the_side_is_that_of_the_view(form: Form) -> None:
     lateral = {"view": "lateral", "left_on": None, "pixel_spacing_mm": "0.1,0.1"}
     new = read_new_radiograph(form(png(), **{**lateral, "anterior_on": "right"}))
     assert (new.view, new.positive_on) == ("lateral", "right")
@@ -71,7 +84,7 @@ def test_the_side_is_that_of_the_view() -> None:
         {"left_on": "top"},
     ],
 )
-def test_a_missing_or_superfluous_side_is_refused(fields: dict[str, Any]) -> None:
+def test_a_missing_or_superfluous_side_is_refused(form: Form, fields: dict[str, Any]) -> None:
     with pytest.raises(ValidationError):
         form(png(), **fields)
 
@@ -79,7 +92,7 @@ def test_a_missing_or_superfluous_side_is_refused(fields: dict[str, Any]) -> Non
 @pytest.mark.parametrize(
     "text", ["0.1", "0.1,0.1,0.1", "0,0.1", "-0.1,0.1", "a,b", "100,100", "1e-1,0.1", "nan,0.1", ""]
 )
-def test_a_spacing_that_is_none_is_refused(text: str) -> None:
+def test_a_spacing_that_is_none_is_refused(form: Form, text: str) -> None:
     with pytest.raises(ValidationError):
         form(png(), pixel_spacing_mm=text)
 

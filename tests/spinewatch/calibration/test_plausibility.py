@@ -12,6 +12,7 @@ from spinewatch.calibration.plausibility import (
     check_image_points,
     check_sensor,
     fit_doubts,
+    fit_limits,
     principal_point_doubts,
     repeated_shots,
 )
@@ -129,6 +130,17 @@ def test_a_sound_fit_has_no_doubts_and_limits_refuse_or_flag() -> None:
     assert "baseline 42" in flagged.flagged[0]
     refused = fit_doubts(*fit, replace(PARAMETERS, baseline_sd=share / 2, residual_of_field=1e-6))
     assert len(refused.refused) == 2
+
+
+def test_the_limits_of_a_fit_grow_with_baseline_and_field() -> None:
+    calibration = solved(stereo_shot(sigma_px=0.05))
+    limits = fit_limits(calibration.rig, calibration.shots, PARAMETERS)
+    assert limits.rms_px == PARAMETERS.rms_px
+    assert limits.baseline_sd_mm[1] == pytest.approx(0.05 * calibration.rig.baseline_mm)
+    control = np.concatenate([image.control_mm for image in calibration.shots[0].images])
+    assert limits.reconstruction_mm[1] == pytest.approx(0.01 * np.linalg.norm(np.ptp(control, axis=0)))
+    for flagged, refused in (limits.baseline_sd_mm, limits.reconstruction_mm):
+        assert flagged == pytest.approx(PARAMETERS.doubtful * refused)
 
 
 def test_several_shots_are_refused_by_their_residuals_against_those_of_each_camera() -> None:

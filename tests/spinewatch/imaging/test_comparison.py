@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spinewatch.arrays import Float, Pixels
-from spinewatch.imaging.comparison import compare_images
+from spinewatch.imaging.comparison import compare_images, differ_at_first_look
 from spinewatch.imaging.decoding import decode_image
 from tests.paths import SAMPLES
 
@@ -34,6 +34,7 @@ def test_other_stages_are_not_repeated(side: str) -> None:
         compared = compare_images(sample(first, side), sample(second, side))
         assert not compared.repeated
         assert compared.noise_gray > 30
+        assert differ_at_first_look(sample(first, side), sample(second, side))
 
 
 def test_the_same_pixels_are_the_same_image() -> None:
@@ -47,7 +48,9 @@ def test_noise_and_brightness_do_not_hide_a_repetition(
     seed: int, noise: float, gain: float, stage: str
 ) -> None:
     gray = sample(stage).astype(np.float64)
-    compared = compare_images(exposure(gray, noise, seed), exposure(gain * gray, noise, seed + 1))
+    first, second = exposure(gray, noise, seed), exposure(gain * gray, noise, seed + 1)
+    compared = compare_images(first, second)
+    assert not differ_at_first_look(first, second)
     assert compared.repeated
     assert not compared.exact
     assert compared.displacement_px < 0.1
@@ -86,6 +89,16 @@ def test_a_large_image_is_compared_reduced(dtype: type[np.unsignedinteger]) -> N
     assert not compared.exact
     assert compared.displacement_px < 0.6
     assert not compare_images(first, moved).repeated
+    assert not differ_at_first_look(first, again)
+
+
+def test_the_first_look_leaves_what_it_cannot_tell_to_the_comparison() -> None:
+    gray = sample("PRE")
+    flat = np.full((200, 200), 90, np.uint8)
+    assert not differ_at_first_look(gray, gray)
+    assert not differ_at_first_look(flat, flat)
+    assert not differ_at_first_look(gray[:20], (gray[:20] ^ 1).astype(np.uint8))
+    assert differ_at_first_look(gray, gray[1:])
 
 
 def test_images_without_texture_are_repeated_only_if_equal() -> None:

@@ -7,10 +7,10 @@ from spinewatch.detection.features import Features
 from spinewatch.matching.epipolar import EpipolarParameters
 from spinewatch.matching.points import MatchingParameters, match_features
 from spinewatch.matching.refinement import RefinementParameters
-from spinewatch.simulation.observations import FeatureNoise, Observation, ball_centres, observe
+from spinewatch.simulation.observations import FeatureNoise, Observation, observe
 from spinewatch.simulation.rigs import table_3_3_rig
 from spinewatch.simulation.spines import random_spine
-from spinewatch.triads.pose import Pose
+from spinewatch.triads.pose import Pose, ball_centres
 
 RIG = table_3_3_rig()
 

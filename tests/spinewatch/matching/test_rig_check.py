@@ -10,10 +10,11 @@ from spinewatch.detection.features import Features
 from spinewatch.markers import FLAT_10_14_18
 from spinewatch.matching.rig_check import RigCheckParameters, check_rig, refined_rig
 from spinewatch.matching.scale_measurement import MarkerBalls
-from spinewatch.simulation.observations import FeatureNoise, ball_centres
+from spinewatch.simulation.observations import FeatureNoise
 from spinewatch.simulation.rigs import large_rig
 from spinewatch.simulation.scenes import SceneParameters, simulate_scene
 from spinewatch.simulation.spines import random_spine
+from spinewatch.triads.pose import ball_centres
 
 STILL = np.zeros(3)
 RIG = large_rig()

@@ -9,9 +9,9 @@ from spinewatch.detection.features import Features
 from spinewatch.markers import FLAT_10_14_18
 from spinewatch.matching.marker_scale import MarkerScale, MarkerScaleParameters
 from spinewatch.matching.scale_measurement import MarkerBalls, measure_scale
-from spinewatch.simulation.observations import ball_centres
 from spinewatch.simulation.rigs import large_rig
 from spinewatch.simulation.spines import random_spine
+from spinewatch.triads.pose import ball_centres
 
 RIG = large_rig()
 PARAMETERS = MarkerScaleParameters()

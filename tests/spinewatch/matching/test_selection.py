@@ -6,12 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spinewatch.arrays import Float
+from spinewatch.detection.features import HIDDEN
 from spinewatch.geometry.rotations import rotation_from_vector
 from spinewatch.markers import FLAT_10_14_18
 from spinewatch.matching.identification import IdentificationParameters, identify_triads
 from spinewatch.matching.points import MatchingParameters, Points, match_features
 from spinewatch.matching.selection import (
-    HIDDEN,
     SelectionParameters,
     TriadCandidates,
     pad_features,

@@ -1,23 +1,15 @@
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from spinewatch.markers import FLAT_10_14_18, TriadModel
-from spinewatch.matching.identification import distance_errors
-from spinewatch.simulation.observations import FeatureNoise, ball_centres, observe
+from spinewatch.simulation.observations import FeatureNoise, observe
 from spinewatch.simulation.rigs import table_3_3_rig
 from spinewatch.simulation.spines import random_spine
+from spinewatch.triads.pose import ball_centres
 
 FOUR = TriadModel(
     "four", ("A", "B", "C", "D"), np.array([[20.0, 0, 0], [0, -15, 0], [-12, 0, 0], [0, 4, 16]]), 8.0
 )
-
-
-@given(st.integers(0, 2**32 - 1))
-def test_ball_centres_have_the_distances_of_the_marker(seed: int) -> None:
-    poses = random_spine(np.random.default_rng(seed), 3)
-    assert np.allclose(distance_errors(ball_centres(poses), FLAT_10_14_18), 0, atol=1e-9)
 
 
 def test_features_have_their_ball_and_their_noise() -> None:

@@ -14,6 +14,7 @@ from spinewatch.spine.bodies import (
     StageMissingError,
     covariance_factor,
     measured_bodies,
+    object_to_spine,
     triads_source,
 )
 from spinewatch.spine.configuration import InitialKind, InitialSpine, Rebaseline, SpineSetup
@@ -59,6 +60,32 @@ def test_bodies_are_where_the_truth_has_them_wherever_the_cart_is(seed: int) -> 
         assert bodies.marked.all()
         assert np.allclose(bodies.poses.position_mm, case.truth[stage].position_mm, atol=1e-9)
         assert np.allclose(bodies.poses.rotation, case.truth[stage].rotation, atol=1e-12)
+
+
+@settings(deadline=None, max_examples=20)
+@given(seeds)
+def test_triads_keep_their_places_on_the_bodies_in_the_frame_of_the_spine(seed: int) -> None:
+    case = surgery(seed)
+    for name in case.stages["PRE"]:
+        seen = []
+        for stage, triads in case.stages.items():
+            to_spine = object_to_spine(case.setup, case.stages, stage)
+            i = LEVELS.index(name)
+            centroid, R = case.truth[stage].position_mm[i], case.truth[stage].rotation[i]
+            seen.append(R.T @ (to_spine(triads[name].position_mm[None])[0] - centroid))
+        assert np.allclose(seen, seen[0], atol=1e-9)
+
+
+def test_the_frame_of_the_spine_is_the_patients_at_the_baseline() -> None:
+    setup = replace(two_vertebrae(), patient_axes=turn(0, 0, 90))
+    reference = poses_of(np.array([-40.0, 0, 0]), np.eye(3))
+    moved = poses_of(np.array([10.0, 5, 0]), turn(0, 0, 30))
+    stages = {"PRE": {"L1": reference}, "POST": {"L1": moved}}
+    assert np.allclose(object_to_spine(setup, stages, "PRE").rotation, turn(0, 0, -90))
+    assert np.allclose(object_to_spine(setup, stages, "PRE").translation_mm, 0)
+    after = object_to_spine(setup, stages, "POST")
+    assert np.allclose(after(moved.position_mm[None]), [[0, 40, 0]])
+    assert np.allclose(after.rotation, turn(0, 0, -120))
 
 
 @settings(deadline=None, max_examples=10)

@@ -2,9 +2,14 @@ import subprocess
 import sys
 
 import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
 
 from spinewatch.geometry.rotations import rotation_from_vector
-from spinewatch.triads.pose import Pose
+from spinewatch.markers import FLAT_10_14_18
+from spinewatch.matching.identification import distance_errors
+from spinewatch.simulation.spines import random_spine
+from spinewatch.triads.pose import Pose, ball_centres
 
 
 def test_angles_and_deviations_are_about_the_stated_axes() -> None:
@@ -19,7 +24,13 @@ def test_angles_and_deviations_are_about_the_stated_axes() -> None:
 
 def test_poses_need_neither_opencv_nor_scipy() -> None:
     code = (
-        "import sys, spinewatch.triads.pose, spinewatch.spine.motion;"
+        "import sys, spinewatch.triads.pose, spinewatch.spine.motion, spinewatch.planning.marker_design;"
         "sys.exit(any(m in sys.modules for m in ('cv2', 'scipy')))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_ball_centres_have_the_distances_of_the_marker(seed: int) -> None:
+    poses = random_spine(np.random.default_rng(seed), 3)
+    assert np.allclose(distance_errors(ball_centres(poses), FLAT_10_14_18), 0, atol=1e-9)

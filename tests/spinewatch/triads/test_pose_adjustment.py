@@ -4,16 +4,14 @@ from typing import Any
 import numpy as np
 
 from spinewatch.arrays import Float
-from spinewatch.detection.features import Features
+from spinewatch.detection.features import HIDDEN, Features
 from spinewatch.geometry.rotations import rotation_from_vector, vector_from_rotation
 from spinewatch.geometry.transforms import fit_rigid
 from spinewatch.geometry.triangulation import triangulate
 from spinewatch.markers import FLAT_10_14_18
-from spinewatch.matching.selection import HIDDEN
-from spinewatch.simulation.observations import ball_centres
 from spinewatch.simulation.rigs import large_rig
 from spinewatch.simulation.spines import random_spine
-from spinewatch.triads.pose import Pose
+from spinewatch.triads.pose import Pose, ball_centres
 from spinewatch.triads.pose_adjustment import (
     PoseAdjustment,
     PoseAdjustmentParameters,

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from spinewatch.arrays import Float
-from spinewatch.detection.features import Features
+from spinewatch.detection.features import HIDDEN, Features
 from spinewatch.geometry.rotations import vector_from_rotation
 from spinewatch.imaging.frame import Side
 from spinewatch.markers import FLAT_10_14_18
-from spinewatch.matching.selection import HIDDEN, TriadCandidates
-from spinewatch.simulation.observations import FeatureNoise, ball_centres, observe
+from spinewatch.matching.selection import TriadCandidates
+from spinewatch.simulation.observations import FeatureNoise, observe
 from spinewatch.simulation.rigs import large_rig, table_3_3_rig
 from spinewatch.simulation.spines import random_spine
-from spinewatch.triads.pose import MeasuredTriad, Pose
+from spinewatch.triads.pose import MeasuredTriad, Pose, ball_centres
 from spinewatch.triads.pose_fit import NO_POSE, PoseParameters, fit_poses
 from spinewatch.triads.search import SearchParameters, match_triads
 

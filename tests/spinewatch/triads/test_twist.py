@@ -5,13 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from spinewatch.detection.features import HIDDEN
 from spinewatch.geometry.rotations import rotation_from_vector, vector_from_rotation
 from spinewatch.markers import FLAT_10_14_18
-from spinewatch.matching.selection import HIDDEN
-from spinewatch.simulation.observations import ball_centres
 from spinewatch.simulation.rigs import large_rig
 from spinewatch.simulation.spines import random_spine
-from spinewatch.triads.pose import Pose
+from spinewatch.triads.pose import Pose, ball_centres
 from spinewatch.triads.pose_adjustment import TriadImages, adjust_poses, triad_images
 from spinewatch.triads.twist import TiltPrior, TwistParameters, average_over_twist, mean_pose
 

@@ -37,9 +37,9 @@ def refined(
     nothing = Frame(np.full((9, 9), 7, np.uint8), "right")
     left = propose(view, Frame(image, "left"), candidates, networks, p)
     right = propose(view, nothing, Features.empty(), networks, p)
-    features, none = refine((left, right), p)
-    assert len(none) == 0
-    return features
+    found, none = refine((left, right), p)
+    assert len(none.features) == len(none.discarded) == 0
+    return found.features
 
 
 def refined_at(image: NDArray[np.uint8], xy: NDArray[np.float64], rig: Rig) -> Features:

@@ -1,0 +1,82 @@
+"""Plans: what a rig and a marker will achieve, computed at each request; nothing is stored."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, Response
+
+from contract.plan import AccuracyPlan, DisparityPlan
+from service.dependencies import DatabaseDep, problems
+from service.etags import NOT_MODIFIED, IfNoneMatch, document_response
+from service.plan_query import DepthQuery, MarkerQuery, RigQuery, TriadsQuery
+from service.problems import InvalidInputError
+from spinewatch.camera import Rig
+from spinewatch.errors import ParameterError
+from spinewatch.planning.accuracy import straight_chain
+from spinewatch.planning.disparity import disparity_grid
+from spinewatch.planning.marker_design import MarkerDesignParameters, design_marker
+from spinewatch.planning.plan import make_plan
+from spinewatch.rig_files.rig_json import rig_from_dict
+from spinewatch.simulation.rigs import convergence_point
+from store import calibrations
+from store.database import Database
+
+router = APIRouter(prefix="/v1/plans", tags=["plans"])
+
+
+@router.get("/accuracy", responses={**NOT_MODIFIED, **problems(404, 422)}, response_model=AccuracyPlan)
+def get_accuracy_plan(
+    rig_query: Annotated[RigQuery, Depends()],
+    marker: Annotated[MarkerQuery, Depends()],
+    triads: Annotated[TriadsQuery, Depends()],
+    depth: Annotated[DepthQuery, Depends()],
+    database: DatabaseDep,
+    if_none_match: IfNoneMatch = None,
+) -> Response:
+    """Get the accuracy that a rig and a marker will give, from the normal equations.
+
+    The rig is that of a calibration, or two equal cameras without distortion, side by side along X at the same height,
+    whose axes meet at the origin.
+    """
+    rig = _rig(rig_query, database)
+    parameters = triads.parameters(depth.heights_mm())
+    model = marker.legs()
+    if marker.disc_radius_mm is not None:
+        chain = straight_chain(
+            parameters.vertebrae, convergence_point(rig), parameters.spacing_mm, parameters.spine_axis
+        )
+        constraints = MarkerDesignParameters(ball_diameter_mm=marker.ball_diameter_mm)
+        try:
+            model = design_marker(rig, chain, parameters.sigma_px, marker.disc_radius_mm, constraints)
+        except ParameterError as error:
+            raise InvalidInputError("disc_radius_mm", error, part="query") from error
+    frame = (
+        f"object space of calibration {rig.name}"
+        if rig_query.calibration_id is not None
+        else "origin where the optical axes meet, X along the baseline, Z up to the cameras"
+    )
+    return document_response(AccuracyPlan.of(make_plan(rig, model, parameters), rig, frame), if_none_match)
+
+
+@router.get("/disparity", responses={**NOT_MODIFIED, **problems(404, 422)}, response_model=DisparityPlan)
+def get_disparity_plan(
+    rig_query: Annotated[RigQuery, Depends()],
+    depth: Annotated[DepthQuery, Depends()],
+    database: DatabaseDep,
+    if_none_match: IfNoneMatch = None,
+) -> Response:
+    """Get the disparities of a rig over its field of view and a range of depth."""
+    rig = _rig(rig_query, database)
+    heights, middle = depth.heights_mm(), float(convergence_point(rig)[2])
+    grid = disparity_grid(rig, (heights[0] + middle, heights[-1] + middle), len(heights))
+    return document_response(DisparityPlan.of(grid, rig.name, middle), if_none_match)
+
+
+def _rig(query: RigQuery, database: Database) -> Rig:
+    """Return the rig of a plan."""
+    if query.calibration_id is None:
+        return query.planned()
+    query.require_calibration_alone()
+    with database.read() as session:
+        return rig_from_dict(calibrations.get(session, query.calibration_id).rig)

@@ -1,0 +1,91 @@
+"""Ball centres that a person adds, moves or removes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from spinewatch.arrays import Float
+from spinewatch.detection.features import Features
+from spinewatch.detection.refinement.centres import CentreParameters
+
+_SCORE = 1.0
+"""Score of a centre that a person placed: it is a ball."""
+
+
+@dataclass(frozen=True)
+class CentreEdit:
+    """What a person did to a feature.
+
+    Attributes
+    ----------
+    feature
+        Index of the feature; None for a centre that is added.
+    xy_px
+        Its centre (u, v), px; None when the feature is no ball.
+    """
+
+    feature: int | None
+    xy_px: tuple[float, float] | None
+
+
+def edit_features(
+    features: Features,
+    edits: Sequence[CentreEdit],
+    ball_px: tuple[float, float],
+    parameters: CentreParameters,
+) -> Features:
+    """Return the features of an image after the edits of a person.
+
+    A centre that a person placed is a ball beyond doubt; it takes the place of features of the same ball.
+
+    Parameters
+    ----------
+    features
+        n features.
+    edits
+        Centres that are added, moved or removed.
+    ball_px
+        Nominal width and height of a ball, px.
+    parameters
+        Deviation of a person's centres, and the distance within which features are the same ball.
+
+    Returns
+    -------
+    Features
+        Features, best score first; ``manual`` tells which a person placed.
+
+    Examples
+    --------
+    >>> centres = np.array([[10.0, 20.0], [30.0, 40.0], [50.0, 60.0]])
+    >>> found = Features.with_sigma(centres, np.array([0.9, 0.7, 0.6]), 0.1)
+    >>> edits = [CentreEdit(1, (31.0, 40.0)), CentreEdit(0, None), CentreEdit(None, (70.0, 80.0))]
+    >>> after = edit_features(found, edits, (10.0, 10.0), CentreParameters())
+    >>> after.xy_px.tolist(), after.manual.tolist()
+    ([[31.0, 40.0], [70.0, 80.0], [50.0, 60.0]], [True, True, False])
+    """
+    if not edits:
+        return features
+    radius = np.array(ball_px) / 2
+    placed = np.array([edit.xy_px for edit in edits if edit.xy_px is not None]).reshape(-1, 2)
+    kept = np.ones(len(features), dtype=bool)
+    kept[[edit.feature for edit in edits if edit.feature is not None]] = False
+    distance = np.linalg.norm((features.xy_px[:, None] - placed) / radius, axis=-1)
+    kept &= ~np.any(distance < parameters.merge_radius, axis=1)
+    rest = features.take(np.flatnonzero(kept))
+    visible = np.ones(len(rest)) if rest.visible is None else rest.visible
+    all_features = Features(
+        np.concatenate([placed, rest.xy_px]),
+        np.concatenate([np.full(len(placed), _SCORE), rest.score]),
+        np.concatenate([_covariances(len(placed), radius, parameters), rest.covariance_px2]),
+        np.concatenate([np.ones(len(placed)), visible]),
+        np.concatenate([np.ones(len(placed), dtype=bool), rest.is_manual]),
+    )
+    return all_features.take(np.argsort(-all_features.score, kind="stable"))
+
+
+def _covariances(count: int, radius_px: Float, parameters: CentreParameters) -> Float:
+    """Return the covariances (n, 2, 2) of centres that a person placed, px^2."""
+    return np.tile(np.diag(np.square(parameters.manual_sd * radius_px)), (count, 1, 1))

@@ -1,0 +1,276 @@
+"""Submission of stages to the database: stereo pairs, bursts, retakes and revisions, each with its job."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from uuid import uuid4
+
+from sqlalchemy.orm import Session, joinedload
+from sqlalchemy.orm.attributes import set_committed_value
+
+import contract.revision
+from contract.event import Actor
+from contract.job import FINAL_STATES, JobState
+from store import events, images, jobs, stages
+from store.errors import StageExistsError, StageNotMeasuredError, TakeSupersededError
+from store.images import NewImage
+from store.stages import sha256_by_side
+from store.tables import STAGE_JOB, Calibration, FurtherPair, Stage, Surgery
+
+_REPLACEABLE = frozenset({JobState.FAILED, JobState.CANCELLED})
+
+
+@dataclass(frozen=True)
+class NewPair:
+    """A stereo pair of a burst.
+
+    Attributes
+    ----------
+    left, right
+        The images.
+    left_exposed_at, right_exposed_at
+        When each was exposed, None when unknown.
+    """
+
+    left: NewImage
+    right: NewImage
+    left_exposed_at: datetime | None = None
+    right_exposed_at: datetime | None = None
+
+
+@dataclass(frozen=True)
+class NewStage:
+    """What was taken at a stage of a surgery: a stereo pair, or a burst.
+
+    Attributes
+    ----------
+    name
+        Name of the stage.
+    left, right
+        The images of the pair, or of the first pair of the burst.
+    captured_at
+        When they were taken, None when unknown.
+    left_exposed_at, right_exposed_at
+        When each was exposed, None when unknown.
+    further
+        The other pairs of the burst, in the order in which they were taken.
+    """
+
+    name: str
+    left: NewImage
+    right: NewImage
+    captured_at: datetime | None
+    left_exposed_at: datetime | None = None
+    right_exposed_at: datetime | None = None
+    further: Sequence[NewPair] = ()
+
+
+def find_same(session: Session, surgery: Surgery, calibration: Calibration, new: NewStage) -> Stage | None:
+    """Return the latest take of a name if it has the same images, in the same order, and the same calibration.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    surgery
+        The surgery.
+    calibration
+        The calibration that the images were taken with.
+    new
+        The stereo pair, or the burst.
+
+    Returns
+    -------
+    Stage or None
+        The take, with images, job and measurement; None when it is another one, or its job failed or was cancelled.
+    """
+    latest = stages.find(session, surgery.id, new.name)
+    if latest is None or latest.job.state in _REPLACEABLE or latest.calibration_id != calibration.id:
+        return None
+    stored = [sha256_by_side(latest), *map(sha256_by_side, latest.further_pairs)]
+    pairs = [(new.left, new.right), *((pair.left, pair.right) for pair in new.further)]
+    sent = [{"left": left.sha256, "right": right.sha256} for left, right in pairs]
+    return latest if stored == sent else None
+
+
+def submit(
+    session: Session,
+    surgery: Surgery,
+    calibration: Calibration,
+    new: NewStage,
+    now: datetime,
+    actor: Actor,
+    *,
+    retake: bool = False,
+) -> Stage:
+    """Add a stage with its images and its queued job.
+
+    A name in use is the next take when the latest job of that name failed or was cancelled, or on request when it has
+    succeeded. Nothing is overwritten.
+
+    Parameters
+    ----------
+    session
+        Session that writes.
+    surgery
+        The surgery.
+    calibration
+        The calibration that the images were taken with.
+    new
+        The stereo pair, or the burst.
+    now
+        Time of the submission.
+    actor
+        Who submits.
+    retake
+        Whether a stage that was measured is taken again.
+
+    Returns
+    -------
+    Stage
+        The row with its job; the caller enqueues the job after the commit.
+
+    Raises
+    ------
+    StageExistsError
+        The latest job of that name is queued, running or, unless it is taken again, has succeeded.
+    """
+    latest = session.scalars(
+        stages.takes_of(surgery.id, new.name).options(joinedload(Stage.job)).limit(1)
+    ).first()
+    _require_replaceable(latest, retake=retake)
+    stage = Stage(
+        id=str(uuid4()),
+        surgery=surgery,
+        name=new.name,
+        take=1 if latest is None else latest.take + 1,
+        calibration=calibration,
+        left=images.add(session, new.left, now),
+        right=images.add(session, new.right, now),
+        captured_at=new.captured_at,
+        left_exposed_at=new.left_exposed_at,
+        right_exposed_at=new.right_exposed_at,
+        created_at=now,
+        measurement=None,
+        further_pairs=[
+            FurtherPair(
+                position=position,
+                left=images.add(session, pair.left, now),
+                right=images.add(session, pair.right, now),
+                left_exposed_at=pair.left_exposed_at,
+                right_exposed_at=pair.right_exposed_at,
+            )
+            for position, pair in enumerate(new.further, start=1)
+        ],
+    )
+    session.add(stage)
+    job = jobs.add(session, STAGE_JOB, stage.id, now, {"surgery_id": surgery.id})
+    set_committed_value(stage, "job", job)
+    events.append(session, now, actor, events.Action.STAGE_SUBMITTED, stage.id, surgery.id)
+    return stage
+
+
+def _require_replaceable(latest: Stage | None, *, retake: bool) -> None:
+    """Raise ``StageExistsError`` unless a take may follow the latest one."""
+    if latest is None or latest.job.state in _REPLACEABLE:
+        return
+    state = latest.job.state
+    if state is JobState.SUCCEEDED:
+        if retake:
+            return
+        advice = "choose another name, or send retake=true to take the stage again"
+    else:
+        advice = "wait for its job, or cancel it"
+    raise StageExistsError(
+        f"this surgery has a stage of that name already and its job is {state.value}; {advice}", latest.job.id
+    )
+
+
+def revise(
+    session: Session,
+    surgery_id: str,
+    name: str,
+    changes: contract.revision.NewRevision,
+    now: datetime,
+    actor: Actor,
+) -> Stage:
+    """Add a revision of a take: a take with the same images, and its queued job.
+
+    Parameters
+    ----------
+    session
+        Session that writes.
+    surgery_id
+        Identifier of the surgery.
+    name
+        Name of the stage.
+    changes
+        What is to be changed.
+    now
+        Time of the request.
+    actor
+        Who asks.
+
+    Returns
+    -------
+    Stage
+        The row with its job; the caller enqueues the job after the commit.
+
+    Raises
+    ------
+    NotFoundError
+        There is no such surgery or stage.
+    StageNotMeasuredError
+        No take was measured.
+    StageExistsError
+        A take is queued or running.
+    TakeSupersededError
+        The take is not the one whose results count.
+    """
+    latest = stages.get(session, surgery_id, name)
+    if latest.job.state not in FINAL_STATES:
+        _require_replaceable(latest, retake=True)
+    revised = stages.measured(session, surgery_id, name)
+    if revised.measurement is None:
+        raise StageNotMeasuredError(
+            f"stage {name} has no result: its job is {latest.job.state.value}; take the stage again"
+        )
+    if revised.take != changes.take:
+        raise TakeSupersededError(
+            f"the results of take {revised.take} count, not those of take {changes.take}; look at them and revise that"
+        )
+    stage = Stage(
+        id=str(uuid4()),
+        surgery_id=surgery_id,
+        name=name,
+        take=latest.take + 1,
+        calibration=revised.calibration,
+        left=revised.left,
+        right=revised.right,
+        captured_at=revised.captured_at,
+        left_exposed_at=revised.left_exposed_at,
+        right_exposed_at=revised.right_exposed_at,
+        created_at=revised.created_at,
+        revised_take=revised.take,
+        changes=changes.model_dump(mode="json"),
+        revised_at=now,
+        revised_by=actor.name,
+        measurement=None,
+        further_pairs=[
+            FurtherPair(
+                position=pair.position,
+                left_sha256=pair.left_sha256,
+                right_sha256=pair.right_sha256,
+                left_exposed_at=pair.left_exposed_at,
+                right_exposed_at=pair.right_exposed_at,
+            )
+            for pair in revised.further_pairs
+        ],
+    )
+    session.add(stage)
+    job = jobs.add(session, STAGE_JOB, stage.id, now, {"surgery_id": surgery_id})
+    set_committed_value(stage, "job", job)
+    events.append(session, now, actor, events.Action.STAGE_REVISED, stage.id, surgery_id)
+    return stage

@@ -1,0 +1,104 @@
+"""Pairs matched again from the features of an earlier take, after a person has edited their ball centres."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from contract.features import FeaturePair
+from contract.revision import CentreEdit, MovedCentre, RemovedCentre, RemovedTriad, TriadEdits
+from spinewatch.detection import manual
+from spinewatch.imaging.frame import Frame, Side
+from spinewatch.pipeline import StageMeasurement, StageMeasurer, StageRequest
+from spinewatch.progress import Progress
+from store.errors import FeaturesMissingError
+from store.measurements import MeasuredStage
+from workers.stage_decisions import Decision, decisions_of, excluded, removed_by
+
+
+@dataclass(frozen=True, eq=False)
+class EditedTake:
+    """A take that is matched again from its features, with the edits of a person.
+
+    Attributes
+    ----------
+    revised
+        The result that is revised, and what its pairs were measured from.
+    edits
+        The edits; None when only the labels are to be found again.
+    """
+
+    revised: MeasuredStage
+    edits: TriadEdits | None
+
+    @cached_property
+    def removed(self) -> list[RemovedTriad]:
+        """Triads that persons removed."""
+        return removed_by(self.revised.result, self.edits)
+
+    @cached_property
+    def decisions(self) -> list[Decision]:
+        """Labels that stay with the triads at the same places."""
+        return decisions_of(self.revised.result, self.edits)
+
+    def measure(
+        self,
+        measurer: StageMeasurer,
+        pair: int,
+        frames: tuple[Frame, Frame],
+        request: StageRequest,
+        progress: Progress,
+    ) -> StageMeasurement:
+        """Return the triads of the edited features of a pair.
+
+        Parameters
+        ----------
+        measurer
+            The measurer of the rig, with the parameters of the take.
+        pair
+            Number of the pair, from 1.
+        frames
+            Its images.
+        request
+            Labels and spine axis.
+        progress
+            Called at the start of each step.
+
+        Returns
+        -------
+        StageMeasurement
+            The measurement; what detection says of the images is as it was.
+
+        Raises
+        ------
+        FeaturesMissingError
+            The features of the pair were not kept.
+        """
+        progress("detect", 0.0)
+        detections = measurer.detect(*frames)
+        centres = [] if self.edits is None else self.edits.centres
+        of_pair = [edit for edit in centres if edit.pair == pair]
+        changes = _of_side(of_pair, "left"), _of_side(of_pair, "right")
+        detections = measurer.edit(detections, self._features(pair).library(), changes)
+        without = replace(request, removed=excluded(self.removed))
+        return measurer.match(detections, frames, without, progress, explained=True)
+
+    def _features(self, pair: int) -> FeaturePair:
+        if pair == 1:
+            return self.revised.result.features
+        found = self.revised.pairs[pair - 1].features if pair <= len(self.revised.pairs) else None
+        if found is None:
+            raise FeaturesMissingError(pair)
+        return found.features
+
+
+def _of_side(edits: Sequence[CentreEdit], side: Side) -> list[manual.CentreEdit]:
+    return [
+        manual.CentreEdit(
+            edit.feature if isinstance(edit, MovedCentre | RemovedCentre) else None,
+            None if isinstance(edit, RemovedCentre) else (edit.x, edit.y),
+        )
+        for edit in edits
+        if edit.side == side
+    ]
