@@ -109,7 +109,7 @@ def test_residuals_are_drawn_enlarged_by_the_factor_that_is_stated(
             cells = panel.locator(f"tr[data-point='{point['id']}'] td.number")
             expect(cells.nth(0)).to_have_text(fixed(point["residual_px"][0], 3))
             expect(cells.nth(1)).to_have_text(fixed(point["residual_px"][1], 3))
-        panel.get_by_label("Shot", exact=True).select_option(str(held_out["number"]))
+        panel.get_by_role("combobox", name="Shot", exact=True).select_option(str(held_out["number"]))
         expect(panel).to_contain_text("held out: its image points were found but not adjusted")
         expect(panel.get_by_role("img", name="left image of shot 2").locator("line")).to_have_count(0)
 
