@@ -34,6 +34,33 @@ def process(  # noqa: PLR0913, PLR0917 - one argument per option
         ),
     ] = None,
     spine_axis: Annotated[SpineAxis, typer.Option(help="Object-space axis along the spine.")] = "auto",
+    range_mm: Annotated[
+        str | None,
+        typer.Option(
+            "--range",
+            help="Nearest and farthest range of the markers along the optical axes, mm: 630,760. Required when the"
+            " axes are parallel.",
+            show_default="from the rig",
+        ),
+    ] = None,
+    markers: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--marker",
+            help="Marker in use, once per kind: a name, flat:XX,YY,MX or orthogonal:XX,YY,ZZ with the lengths of its"
+            " legs, mm.",
+            show_default="flat-10-14-18",
+        ),
+    ] = None,
+    refine: Annotated[
+        bool, typer.Option("--refine", help="Discard candidates whose surroundings are unlike (eq. 5.11).")
+    ] = False,
+    earlier: Annotated[
+        Path | None,
+        typer.Option(
+            help="JSON of an earlier stage, whose distances decide on labels when triads are missing (H4)."
+        ),
+    ] = None,
     templates: Annotated[
         Path | None,
         typer.Option(
@@ -53,6 +80,11 @@ def process(  # noqa: PLR0913, PLR0917 - one argument per option
     """Measure one stereo pair: features, labelled triads, flags and timings as JSON."""
     extra = parse_extra_levels(extra_levels)
     names = parse_labels(labels, triads, extra)
+    from commands.shared.measuring_options import (  # noqa: PLC0415 - as below
+        measuring_parameters,
+        parse_markers,
+        read_earlier_stage,
+    )
     from commands.shared.pair import measure_pair  # noqa: PLC0415 - loads OpenCV and SciPy, which --help does not need
     from spinewatch.pipeline import StageRequest  # noqa: PLC0415 - as above
 
@@ -60,8 +92,11 @@ def process(  # noqa: PLR0913, PLR0917 - one argument per option
         warnings.simplefilter(
             "ignore"
         )  # decoders warn on stderr, which is reserved for the one line of an error
-        request = StageRequest(names, spine_axis, len(names) or triads, extra_levels=extra)
-        document = measure_pair(left, right, rig, request, templates, explain)
+        known = None if earlier is None else read_earlier_stage(earlier)
+        models = parse_markers(markers or ())
+        request = StageRequest(names, spine_axis, len(names) or triads, models, known, extra)
+        parameters = measuring_parameters(range_mm, refine=refine)
+        document = measure_pair(left, right, rig, request, templates, explain, parameters)
     text = json.dumps(document, indent=2) + "\n"
     if out is None:
         sys.stdout.write(text)

@@ -23,7 +23,7 @@ from spinewatch.errors import ImageError, ImageSizeError, SameImageError
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import Frame
 from spinewatch.imaging.header import inspect_image
-from spinewatch.pipeline import StageMeasurer, StageRequest
+from spinewatch.pipeline import Parameters, StageMeasurer, StageRequest
 
 _LAST = ("parameters", "features")
 """Long parts of a stage document, printed after the rest."""
@@ -36,6 +36,7 @@ def measure_pair(
     request: StageRequest,
     templates_path: Path | None = None,
     explain: Path | None = None,
+    parameters: Parameters | None = None,
 ) -> dict[str, Any]:
     """Return the stage document of two image files, with ``timings_ms`` per step and in total.
 
@@ -55,7 +56,7 @@ def measure_pair(
     )
     clock("prepare")
     with ThreadPoolExecutor(max_workers=1) as pool:
-        measurer = StageMeasurer(rig, templates=templates, pool=pool)
+        measurer = StageMeasurer(rig, parameters, templates, pool)
         measurement = measurer.measure(*frames, request, clock, explained=explain is not None)
     timings = clock.stop()
     if explain is not None:

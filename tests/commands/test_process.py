@@ -167,6 +167,55 @@ def test_truncated_image(run: Run, pair: Path) -> None:
     refused(run(*arguments(pair)), "left.png", "damaged or incomplete")
 
 
+def test_range_markers_and_refinement_reach_the_parameters(run: Run, pair: Path) -> None:
+    more = ["--range", "600,900", "--marker", "flat:18,14,10", "--marker", "orthogonal:20,14,9", "--refine"]
+    status, out, err = run(*arguments(pair, "--labels", LABELS, *more))
+    assert status == 0, err
+    document = json.loads(out)
+    matching = document["parameters"]["search"]["matching"]
+    assert matching["epipolar"]["range_mm"] == [600.0, 900.0]
+    assert matching["refinement"]["enabled"] is True
+    assert {triad["model"] for triad in document["triads"]} <= {"flat-10-14-18", "orthogonal-20-14-9"}
+
+
+def test_an_earlier_stage_decides_on_labels_when_a_triad_is_missing(
+    run: Run, pair: Path, tmp_path: Path
+) -> None:
+    earlier = tmp_path / "pre.json"
+    assert run(*arguments(pair, "--labels", LABELS, "--spine-axis", "x", "--out", earlier))[0] == 0
+    labels = [triad["label"] for triad in json.loads(earlier.read_text())["triads"]]
+    assert labels == LABELS.split(",")
+    image = np.array(Image.open(pair / "left.png"))
+    hidden = next(t for t in json.loads(earlier.read_text())["triads"] if t["label"] == "T11")
+    for ball in hidden["balls"].values():
+        u, v = (round(x) for x in ball["left"])
+        image[v - 9 : v + 10, u - 9 : u + 10] = 120
+    Image.fromarray(image).save(pair / "left.png")
+    status, out, _ = run(*arguments(pair, "--labels", LABELS, "--spine-axis", "x", "--earlier", earlier))
+    assert status == 0
+    found_labels = {triad["label"] for triad in json.loads(out)["triads"]}
+    assert found_labels - {None} == {"L1", "T9", "T7"}
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "problem"),
+    [
+        ("--range", "900,600", "nearest and the farthest"),
+        ("--range", "600", "must be 2 numbers"),
+        ("--marker", "round", "not known"),
+        ("--marker", "cube:1,2,3", "none of"),
+        ("--marker", "flat:1,2", "must be 3 numbers"),
+        ("--marker", "flat:18,-14,10", "positive"),
+        ("--marker", "flat:a,b,c", "must be numbers"),
+        ("--earlier", "rig.json", "is not a stage"),
+    ],
+)
+def test_what_is_known_wrongly_is_refused(
+    run: Run, pair: Path, option: str, value: str, problem: str
+) -> None:
+    refused(run(*arguments(pair, option, pair / value if option == "--earlier" else value)), problem)
+
+
 def test_truncated_tiff_prints_no_other_line(run: Run, pair: Path) -> None:
     Image.open(STAGE / "left.png").save(pair / "whole.tiff")
     (pair / "left.png").write_bytes((pair / "whole.tiff").read_bytes()[:150_000])
