@@ -1,6 +1,6 @@
 /** Beside the films: the landmark that is placed now, its coordinates, and all landmarks by vertebra. */
 import type { VNode } from "preact";
-import { useEffect, useState } from "preact/hooks";
+import { useLayoutEffect, useState } from "preact/hooks";
 
 import { fixed } from "../format/numbers";
 import type { Action, Editor } from "./editor";
@@ -71,7 +71,8 @@ export function CurrentLandmark({ editor, bands, dispatch, onNext }: SideProps):
 function Coordinates({ point, onPlace }: { point: Point | null; onPlace: (point: Point) => void }): VNode {
   const [u, setU] = useState("");
   const [v, setV] = useState("");
-  useEffect(() => {
+  // before the fields are painted: later it would overwrite what is typed at once
+  useLayoutEffect(() => {
     setU(point === null ? "" : String(point[0]));
     setV(point === null ? "" : String(point[1]));
   }, [point?.[0], point?.[1]]);
