@@ -29,7 +29,7 @@ Positions = tuple[Float, Float]
 """Positions (n, 2), px, in the left and in the right image, best first."""
 
 PUBLISHED = DetectPointParameters()
-"""DETECT-POINT as published; its size reduction loses the wound in several of the scenes."""
+"""DETECT-POINT as published; its size reduction keeps a part of the wound in several of the scenes."""
 
 WHOLE_IMAGE = replace(PUBLISHED, preprocessing=PreprocessingParameters(statistic=None))
 """Without size reduction."""

@@ -127,7 +127,7 @@ class Camera:
         References
         ----------
         Thesis eq. 3.4. There r is measured from the origin of the plate, here from the principal point, which is
-        how a lens distorts; they differ by up to half a pixel.
+        how a lens distorts; with Table 3.3 they differ by up to 0.66 px.
         """
         d = np.asarray(plate, dtype=np.float64) - self.principal_point_mm
         return _correct(d, self.radial, self.decentering)
@@ -345,15 +345,43 @@ class Rig:
         return axes_approach_mm(self.left.pinhole, self.right.pinhole)
 
 
-def _correct(d: Float, radial: tuple[float, float], decentering: tuple[float, float]) -> Float:
-    x, y = d[..., 0], d[..., 1]
+def undistorted(
+    offsets_mm: Float, r2_mm2: Float, radial: tuple[float, float], decentering: tuple[float, float]
+) -> Float:
+    """Return measured offsets from the principal point without lens distortion.
+
+    Parameters
+    ----------
+    offsets_mm
+        Measured offsets, shape (..., 2), plate, mm.
+    r2_mm2
+        Squared distances from the centre of the distortion, shape (...), mm^2.
+    radial
+        K1, mm^-2, and K2, mm^-4.
+    decentering
+        P1 and P2, mm^-1.
+
+    Returns
+    -------
+    Float
+        Ideal offsets, shape (..., 2), mm.
+
+    References
+    ----------
+    Thesis eq. 3.4.
+    """
+    x, y = offsets_mm[..., 0], offsets_mm[..., 1]
     (K1, K2), (P1, P2) = radial, decentering
-    r2 = x * x + y * y
-    scale = 1 + r2 * (K1 + r2 * K2)
-    ideal = np.empty_like(d)
-    ideal[..., 0] = x * scale + P1 * (r2 + 2 * x * x) + 2 * P2 * x * y
-    ideal[..., 1] = y * scale + P2 * (r2 + 2 * y * y) + 2 * P1 * x * y
+    scale = 1 + r2_mm2 * (K1 + r2_mm2 * K2)
+    ideal = np.empty_like(offsets_mm)
+    ideal[..., 0] = x * scale + P1 * (r2_mm2 + 2 * x * x) + 2 * P2 * x * y
+    ideal[..., 1] = y * scale + P2 * (r2_mm2 + 2 * y * y) + 2 * P1 * x * y
     return ideal
+
+
+def _correct(d: Float, radial: tuple[float, float], decentering: tuple[float, float]) -> Float:
+    """Return offsets (..., 2) without a distortion about the principal point."""
+    return undistorted(d, d[..., 0] * d[..., 0] + d[..., 1] * d[..., 1], radial, decentering)
 
 
 def _correct_jacobian(d: Float, radial: tuple[float, float], decentering: tuple[float, float]) -> Float:

@@ -19,6 +19,7 @@ from spinewatch.arrays import Float
 from spinewatch.camera import Camera
 from spinewatch.errors import RigError
 from spinewatch.geometry.rotations import rotation_from_angles
+from spinewatch.rig_plausibility import pixel_grid
 
 _GRID = 21
 _ORI, _ADDPAR = 21, 7
@@ -144,7 +145,7 @@ def format_openptv(camera: Camera) -> tuple[str, str, float]:
     >>> abs(again.focal_length_mm - camera.focal_length_mm) < 1e-6
     True
     """
-    plate = _plate_grid(camera)
+    plate = camera.plate(pixel_grid(camera.image_size_px, _GRID))
     ideal = camera.undistort(plate)
     x0, y0 = camera.principal_point_mm
     unit = float(np.abs(plate).max())
@@ -231,13 +232,6 @@ def _distort(ideal: Float, added: Float) -> Float:
     u = x * radial + p1 * (r2 + 2 * x * x) + 2 * p2 * x * y
     v = y * radial + p2 * (r2 + 2 * y * y) + 2 * p1 * x * y
     return np.stack([scale * u - np.sin(shear) * v, np.cos(shear) * v], axis=1)
-
-
-def _plate_grid(camera: Camera) -> Float:
-    """Return plate points (n, 2), mm, on a regular grid over the image."""
-    width, height = camera.image_size_px
-    u, v = np.meshgrid(np.linspace(0, width - 1, _GRID), np.linspace(0, height - 1, _GRID))
-    return camera.plate(np.stack([u.ravel(), v.ravel()], axis=1))
 
 
 def _numbers(text: str, count: int, what: str) -> list[float]:

@@ -13,8 +13,9 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from spinewatch.arrays import Float
-from spinewatch.camera import Camera
+from spinewatch.camera import Camera, undistorted
 from spinewatch.geometry.rotations import angles_from_rotation, rotation_from_vector
+from spinewatch.rig_plausibility import pixel_grid
 
 _GRID = 21
 """Grid points per side of the image."""
@@ -90,14 +91,9 @@ Undistortion = Callable[[Camera, Float], Float]
 
 def _undistorted_about_origin(parameters: Camera, plate_mm: Float) -> Float:
     """Return ideal plate points (n, 2) by the model of 1995."""
-    d = plate_mm - parameters.principal_point_mm
-    (K1, K2), (P1, P2) = parameters.radial, parameters.decentering
+    offsets = plate_mm - parameters.principal_point_mm
     r2 = np.sum(plate_mm * plate_mm, axis=1)
-    x, y = d.T
-    decentering = np.column_stack(
-        [P1 * (r2 + 2 * x * x) + 2 * P2 * x * y, P2 * (r2 + 2 * y * y) + 2 * P1 * x * y]
-    )
-    return np.asarray(d * (1 + r2 * (K1 + r2 * K2))[:, None] + decentering)
+    return undistorted(offsets, r2, parameters.radial, parameters.decentering)
 
 
 def _converted(
@@ -106,7 +102,7 @@ def _converted(
     """Return the camera whose rays in one model are nearest to those of a camera in the other."""
     if not any((*given.radial, *given.decentering)) or not any(given.principal_point_mm):
         return ConvertedCamera(given, 0.0)
-    plate = _plate_grid(given)
+    plate = given.plate(pixel_grid(given.image_size_px, _GRID))
     f = given.focal_length_mm
     expected = undistort_given(given, plate)
     corner = float(np.linalg.norm(plate, axis=1).max())
@@ -136,10 +132,3 @@ def _converted(
     angles = angles_from_rotation(turn.T @ given.M)
     error = np.linalg.norm(residuals(solution).reshape(-1, 2), axis=1).max()
     return ConvertedCamera(replace(camera, rotation_deg=angles), float(error))
-
-
-def _plate_grid(camera: Camera) -> Float:
-    """Return plate points (n, 2), mm, on a regular grid over the image."""
-    width, height = camera.image_size_px
-    u, v = np.meshgrid(np.linspace(0, width - 1, _GRID), np.linspace(0, height - 1, _GRID))
-    return camera.plate(np.column_stack([u.ravel(), v.ravel()]))

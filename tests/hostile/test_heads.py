@@ -122,7 +122,7 @@ def test_chunks_that_are_broken_or_too_small(service: Service, chunks: bytes) ->
 
 def test_pipelined_requests_are_answered_in_order(service: Service) -> None:
     paths = [f"/v1/jobs/none-{n}" for n in range(100)]
-    with harmless(service, requests=len(paths) // 10), connect(service) as connection:
+    with harmless(service, requests=6), connect(service) as connection:
         connection.sendall(b"".join(head(service, f"GET {path} HTTP/1.1") for path in paths))
         answers = b""
         while answers.count(b"job-not-found") < len(paths):

@@ -30,7 +30,7 @@ def trickle(connection: socket.socket, data: bytes) -> None:
 
 
 def test_a_head_that_comes_slowly(service: Service) -> None:
-    with harmless(service, requests=5), connect(service) as connection:
+    with harmless(service, requests=2), connect(service) as connection:
         trickle(connection, head(service, "GET /v1/health HTTP/1.1", "X-Slow: " + "x" * 2_000))
         assert status(received(connection)) == 408
         assert connection.recv(1) == b""
@@ -45,7 +45,7 @@ def test_a_head_that_comes_slowly(service: Service) -> None:
 )
 def test_a_body_that_comes_slowly(service: Service, headers: tuple[str, ...]) -> None:
     body = b'{"reference": "' + b"x" * 2_000 if "Content-Length" in headers[1] else b"7D0\r\n" + b" " * 2_000
-    with harmless(service, requests=5), connect(service) as connection:
+    with harmless(service, requests=2), connect(service) as connection:
         connection.sendall(head(service, POST, *headers))
         trickle(connection, body)
         assert status(received(connection)) == 408
@@ -54,7 +54,7 @@ def test_a_body_that_comes_slowly(service: Service, headers: tuple[str, ...]) ->
 
 def test_a_form_that_comes_slowly(service: Service, surgery: str) -> None:
     line = f"POST /v1/surgeries/{surgery}/stages HTTP/1.1"
-    with harmless(service, requests=5), connect(service) as connection:
+    with harmless(service, requests=2), connect(service) as connection:
         connection.sendall(
             head(service, line, "Content-Type: multipart/form-data; boundary=x", "Content-Length: 9000")
         )
@@ -66,7 +66,7 @@ def test_a_form_that_comes_slowly(service: Service, surgery: str) -> None:
 
 
 def test_a_body_that_never_comes_after_its_answer(service: Service) -> None:
-    with harmless(service, requests=5), connect(service) as connection:
+    with harmless(service, requests=2), connect(service) as connection:
         connection.sendall(head(service, POST, "Content-Type: text/plain", "Content-Length: 100000"))
         assert status(received(connection)) == 415
         trickle(connection, b"x" * 2_000)
