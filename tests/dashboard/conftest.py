@@ -21,8 +21,9 @@ class Visit(Protocol):
     ) -> AbstractContextManager[Visitor]: ...
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
+    """A browser. As long as it runs, so does an event loop in this thread: other tests could not run theirs."""
     try:
         with launched() as browser:
             yield browser
