@@ -18,6 +18,7 @@ from bench.contenders import find_balls
 from bench.speed import cut_templates, match_masked, milliseconds
 from spinewatch.arrays import Pixels
 from spinewatch.camera import Camera
+from workers.memory import keep_freed_memory
 
 SAMPLES = Path(__file__).parents[1] / "samples"
 SIZES = ((568, 416), (1136, 832), (1920, 1408))
@@ -53,7 +54,11 @@ class Cost:
 
 
 def measure_cost(runs: int = RUNS) -> Cost:
-    """Time the sample's first pair at all sizes and the peer in turn, ``runs`` times after one warm-up each."""
+    """Time the sample's first pair at all sizes and the peer in turn, ``runs`` times after one warm-up each.
+
+    Freed memory is kept for the next image, as in a worker.
+    """
+    keep_freed_memory()
     scene = next(find_ball_scenes(SAMPLES))
     pairs = {size: enlarge(scene, size) for size in SIZES}
     images = [view.image for view in scene.views]

@@ -16,22 +16,25 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from rich.progress import Progress
 from torch import Tensor, nn
 from torch.nn import functional
 
-from spinewatch.arrays import Single
-from spinewatch.detection.refinement.networks import OUTPUTS, SCALES, BallNetwork, Layer, normalize
+from spinewatch.arrays import Bool, Single
+from spinewatch.detection.refinement.network_graph import Layer
+from spinewatch.detection.refinement.networks import OUTPUTS, SCALES, BallNetwork, normalize
 from spinewatch.detection.refinement.patches import PatchGrid
-from spinewatch.simulation.images.examples import Examples
+from spinewatch.simulation.images.examples import FAMILIES, Examples
 
 BATCH = 256
 RATE = 2.5e-3
 WEIGHT_DECAY = 1e-3
+REGION_95 = 5.99
+"""Chi-square of two degrees of freedom that 95% of errors do not exceed, if they are normal."""
 HELD_OUT = 3000
 """Number of examples that are not trained on; the errors on them are printed."""
-EXPECTED_LAMP_SD, MEASURED_LAMP_SD = 0.04, 0.03
-"""Errors of the lamp input per axis, on the unit sphere: of the expected direction and of the measured one."""
+EXPECTED_LAMP_SD, MEASURED_LAMP_SD = 0.04, (0.015, 0.06)
+"""Errors of the lamp input per axis, on the unit sphere: of the expected direction, and the limits between which those
+of a measured one vary, which is poor where balls have no highlight."""
 MEASURED_LAMP_SHARE = 0.5
 """Fraction of the examples whose lamp input is the measured direction."""
 
@@ -85,14 +88,15 @@ class _Model:
 
     def __call__(self, patches: Tensor, lamp: Tensor) -> Tensor:
         """Return the outputs (n, k) of patches (n, 1, size, size) with lamp inputs (n, 3)."""
-        hidden = torch.relu(self.first(self.convolutions(patches).flatten(1)) + self.lamp(lamp))
+        in_order = patches.contiguous(memory_format=torch.channels_last)
+        hidden = torch.relu(self.first(self.convolutions(in_order).flatten(1)) + self.lamp(lamp))
         return self.last(torch.relu(self.second(hidden)))
 
 
-def fit(
-    architecture: Architecture, examples: Examples, epochs: int, seed: int, progress: Progress
-) -> BallNetwork:
-    """Return a network fitted to all examples except the last `HELD_OUT`, and print its errors on these.
+def fit(architecture: Architecture, examples: Examples, epochs: int, seed: int) -> tuple[BallNetwork, str]:
+    """Return a network fitted to all examples except the last `HELD_OUT`, and its errors on these.
+
+    One thread is used; several networks are fitted by several processes.
 
     Parameters
     ----------
@@ -104,14 +108,15 @@ def fit(
         Number of passes over the examples.
     seed
         Seed of the initial weights, the order and the augmentation of the examples.
-    progress
-        Display of the epochs; the errors are printed on its console.
 
     Returns
     -------
-    BallNetwork
+    network : BallNetwork
         The fitted network.
+    errors : str
+        Its errors on the held-out examples, by family of looks.
     """
+    torch.set_num_threads(1)
     torch.manual_seed(seed)
     model = _model(architecture)
     patches = torch.from_numpy(normalize(examples.patches.astype(np.float32)))[:, None]
@@ -122,7 +127,6 @@ def fit(
     batches = trained // BATCH
     optimizer = torch.optim.AdamW(model.parameters, lr=RATE, weight_decay=WEIGHT_DECAY)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, RATE, total_steps=epochs * batches)
-    task = progress.add_task(f"fit {architecture.grid.size} x {architecture.grid.size}", total=epochs)
     for _ in range(epochs):
         order = torch.randperm(trained)
         for batch in order[: batches * BATCH].split(BATCH):
@@ -132,11 +136,10 @@ def fit(
             _loss(model(some_patches, some_lamps), some_truth).backward()
             optimizer.step()
             schedule.step()
-        progress.advance(task)
     with torch.no_grad():
         outputs = model(patches[trained:], expected[trained:])
-        progress.console.print(_report(outputs, truth[trained:]))
-    return _exported(architecture, model)
+        errors = _report(outputs, truth[trained:], examples.families[trained:])
+    return _exported(architecture, model), errors
 
 
 def _model(architecture: Architecture) -> _Model:
@@ -148,7 +151,7 @@ def _model(architecture: Architecture) -> _Model:
         size, channels = (size - kernel) // stride + 1, out
     hidden = architecture.hidden
     return _Model(
-        nn.Sequential(*steps),
+        nn.Sequential(*steps).to(memory_format=torch.channels_last),
         nn.Linear(channels * size * size, hidden),
         nn.Linear(3, hidden, bias=False),
         nn.Linear(hidden, hidden),
@@ -160,7 +163,9 @@ def _lamp_input(expected: Tensor, true: Tensor) -> Tensor:
     """Return lamp inputs (n, 3): for some examples a measured direction and 1, for others the expected one and 0."""
     is_measured = (torch.rand(len(expected), 1) < MEASURED_LAMP_SHARE).float()
     expectation = expected[:, :2] + EXPECTED_LAMP_SD * torch.randn(len(expected), 2)
-    measurement = true + MEASURED_LAMP_SD * torch.randn(len(expected), 2)
+    low, high = np.log(MEASURED_LAMP_SD)
+    sd = torch.exp(low + (high - low) * torch.rand(len(expected), 1))
+    measurement = true + sd * torch.randn(len(expected), 2)
     return torch.cat([is_measured * measurement + (1 - is_measured) * expectation, is_measured], dim=1)
 
 
@@ -227,17 +232,30 @@ def _lamp_chi2(estimated: dict[str, Tensor], true: Tensor) -> Tensor:
     return squared * torch.exp(2 * estimated["log_lamp"] + 2 * SCALES.log_lamp)
 
 
-def _report(outputs: Tensor, truth: Tensor) -> str:
-    """Return the errors of outputs (n, k) in one line."""
-    estimated, ball = _by_name(outputs), truth[:, BALL] > 0.5
-    clear = ball & (truth[:, VISIBLE] > 0.9)
+def _report(outputs: Tensor, truth: Tensor, families: Bool) -> str:
+    """Return the errors of outputs (n, k) of all examples and of each family, one line each."""
+    clear = (truth[:, BALL] > 0.5) & (truth[:, VISIBLE] > 0.9)
+    correct = ((outputs[:, OUTPUTS.index("log_odds")] > 0) == (truth[:, BALL] > 0.5)).float().mean()
+    lines = [f"held out, lamp not measured: classified correctly {correct:.1%}"]
+    masks = {"all": np.ones(len(truth), dtype=bool)} | dict(zip(FAMILIES, families.T, strict=True))
+    for name, mask in masks.items():
+        chosen = clear & torch.from_numpy(mask)
+        if chosen.any():
+            lines.append(f"  {name:13} {_errors(outputs[chosen], truth[chosen])}")
+    return "\n".join(lines)
+
+
+def _errors(outputs: Tensor, truth: Tensor) -> str:
+    """Return the errors of the centres of n balls in radii, and how they compare with their stated covariances."""
+    estimated = _by_name(outputs)
     offset = torch.stack([estimated["u"], estimated["v"]], dim=1)
-    error = (truth[clear, U:VISIBLE] - SCALES.offset * offset[clear]).abs()
-    correct = ((estimated["log_odds"] > 0) == ball).float().mean()
-    chi2 = _centre_chi2(_by_name(outputs[clear]), truth[clear]).mean() / 2 * (SCALES.dof - 2) / SCALES.dof
+    error = (truth[:, U:VISIBLE] - SCALES.offset * offset).abs()
+    chi2 = _centre_chi2(estimated, truth) * (SCALES.dof - 2) / SCALES.dof
+    found = (estimated["log_odds"] > 0).float().mean()
     return (
-        f"held out, lamp not measured: median error {error.median():.4f} radii, "
-        f"RMS {error.square().mean().sqrt():.4f}, chi2 / dof {chi2:.2f}, classified correctly {correct:.1%}"
+        f"{len(truth):5} balls, found {found:6.1%}, median error {error.median():.4f} radii, "
+        f"RMS {error.square().mean().sqrt():.4f}, chi2 / dof {chi2.mean() / 2:.2f}, "
+        f"in the 95% region {(chi2 < REGION_95).float().mean():.1%}"
     )
 
 

@@ -31,9 +31,9 @@ def cross_matrix(v: Float) -> Float:
     >>> cross_matrix(np.array([0.0, 0.0, 1.0])) @ np.array([1.0, 0.0, 0.0])
     array([0., 1., 0.])
     """
-    x, y, z = np.moveaxis(v, -1, 0)
-    o = np.zeros_like(x)
-    return np.stack([np.stack([o, -z, y], -1), np.stack([z, o, -x], -1), np.stack([-y, x, o], -1)], -2)
+    half = np.zeros((*v.shape, 3))
+    half[..., 2, 1], half[..., 0, 2], half[..., 1, 0] = v[..., 0], v[..., 1], v[..., 2]
+    return half - np.swapaxes(half, -1, -2)
 
 
 def rotation_from_vector(vector_rad: Float) -> Float:
@@ -57,10 +57,10 @@ def rotation_from_vector(vector_rad: Float) -> Float:
            [ 1.,  0.,  0.],
            [ 0.,  0.,  1.]])
     """
-    angle = np.linalg.norm(vector_rad, axis=-1)[..., None, None]
+    half_angle = 0.5 * np.linalg.norm(vector_rad, axis=-1)[..., None, None]
     W = cross_matrix(vector_rad)
-    R = np.eye(3) + np.sinc(angle / np.pi) * W + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (W @ W)
-    return np.asarray(R)
+    sinc = np.sinc(half_angle / np.pi)
+    return np.asarray(np.eye(3) + sinc * np.cos(half_angle) * W + 0.5 * sinc**2 * (W @ W))
 
 
 def vector_from_rotation(R: Float) -> Float:

@@ -76,7 +76,7 @@ def correct_exposure(gray: Single, parameters: ExposureParameters) -> tuple[Sing
     """
     if float(np.ptp(gray)) <= parameters.blank_range:
         return gray, Exposure.BLANK
-    if float((gray >= FULL_SCALE - 1).mean()) >= parameters.glare_fraction:
+    if np.count_nonzero(gray >= FULL_SCALE - 1) >= parameters.glare_fraction * gray.size:
         return gray, Exposure.GLARE
     kinds = (Exposure.NORMAL, Exposure.DARK, Exposure.VERY_DARK)
     applied = 0

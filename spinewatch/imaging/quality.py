@@ -7,6 +7,8 @@ The measures need no balls and are computed from the image at 8 bits. Blur, whic
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
+from statistics import median
 from typing import Any
 
 import cv2
@@ -19,7 +21,7 @@ from spinewatch.flags import Flag
 _BLOCK = 8
 _MIN_SIDE_PX = 64
 _NORMAL_QUARTILE = 0.6745
-_NOISE_KERNEL = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32)
+_NOISE_KERNEL = np.array([1, -2, 1], np.float32)
 _NOISE_GAIN = 6.0
 
 Bytes = NDArray[np.uint8]
@@ -254,7 +256,7 @@ def _phase_ratio(levels: Bytes, axis: int) -> float:
     phases = profile[: len(profile) // _BLOCK * _BLOCK].reshape(-1, _BLOCK).mean(axis=0)
     largest = int(phases.argmax())
     # Enlarged images have patterns of 2 or 4 px, which the opposite phase shares.
-    others = max(float(np.median(np.delete(phases, largest))), float(phases[largest - _BLOCK // 2]))
+    others = max(float(median(np.delete(phases, largest).tolist())), float(phases[largest - _BLOCK // 2]))
     return float(phases[largest]) / max(others, 1e-3)
 
 
@@ -306,14 +308,14 @@ def noise_levels(levels: Bytes) -> float:
     ----------
     J. Immerkaer, Fast noise variance estimation, 1996; with the median in place of the mean.
     """
-    second = cv2.convertScaleAbs(cv2.filter2D(levels, cv2.CV_16S, _NOISE_KERNEL))
+    second = cv2.convertScaleAbs(cv2.sepFilter2D(levels, cv2.CV_16S, _NOISE_KERNEL, _NOISE_KERNEL))
     counts = cv2.calcHist([second], [0], None, [256], [0, 256]).ravel().cumsum()
     half = counts[-1] / 2
     index = int(np.searchsorted(counts, half))
     below = float(counts[index - 1]) if index else 0.0
     # The median of whole numbers, between the edges of its bin.
-    median = index - 0.5 + (half - below) / max(float(counts[index]) - below, 1.0)
-    return max(0.0, float(median)) / (_NORMAL_QUARTILE * _NOISE_GAIN)
+    middle = index - 0.5 + (half - below) / max(float(counts[index]) - below, 1.0)
+    return max(0.0, float(middle)) / (_NORMAL_QUARTILE * _NOISE_GAIN)
 
 
 def bands(levels: Bytes, n_strips: int, min_cycles: int) -> tuple[float, float, int]:
@@ -341,14 +343,20 @@ def bands(levels: Bytes, n_strips: int, min_cycles: int) -> tuple[float, float, 
     parts = np.array_split(levels, n_strips, axis=1)
     means = [cv2.reduce(part, 1, cv2.REDUCE_AVG, dtype=cv2.CV_32F).ravel() for part in parts]
     strips = np.log(np.stack(means).astype(np.float64) + 4)
-    curve = np.polynomial.legendre.legvander(np.linspace(-1, 1, height), 3)
-    strips -= strips @ curve @ np.linalg.pinv(curve.T @ curve) @ curve.T
-    window = np.hanning(height)
+    curves, window = _trends_and_window(height)
+    strips -= strips @ curves.T @ curves
     waves = np.fft.rfft(strips * window, axis=1)[:, min_cycles : height // _BLOCK] * (2 / window.sum())
     common = waves.mean(axis=0)
     error = np.sqrt((np.abs(waves - common) ** 2).sum(axis=0) / (n_strips * (n_strips - 1))) + 1e-9
     best = int((np.abs(common) - 2 * error).argmax())
     return float(np.abs(common[best])), float(np.abs(common[best]) / error[best]), best + min_cycles
+
+
+@lru_cache(maxsize=8)
+def _trends_and_window(height: int) -> tuple[Float, Float]:
+    """Return orthonormal curves (4, H) of the polynomials to the third degree, and a window (H,), for H rows."""
+    curves, _ = np.linalg.qr(np.polynomial.legendre.legvander(np.linspace(-1, 1, height), 3))
+    return np.asarray(curves.T), np.hanning(height)
 
 
 def levels_share(levels: Bytes) -> float:

@@ -201,7 +201,7 @@ class CandidateSearch:
             () if len(xy) else (Flag("no-features", "nothing in the image resembles a ball"),)
         )
         quality = assess_image(stored, p.quality)
-        flags += _exposure_flags(exposure) + _defect_flags(frame) + quality.flags
+        flags += image_flags(frame, exposure, quality)
         return Detection(self._features(xy, score), box, exposure, flags, quality)
 
     def maps(self, frame: Frame) -> CandidateMaps | None:
@@ -339,6 +339,26 @@ def detect(
     (Flag(code='blank-image', detail='the image is blank'),)
     """
     return prepare_search(frame.side, ball_px, frame.pixels.shape, parameters, templates).detect(frame)
+
+
+def image_flags(frame: Frame, exposure: Exposure, quality: ImageQuality) -> tuple[Flag, ...]:
+    """Return the flags of an image that do not depend on its features.
+
+    Parameters
+    ----------
+    frame
+        The image.
+    exposure
+        Its kind of exposure.
+    quality
+        Its quality.
+
+    Returns
+    -------
+    tuple of Flag
+        "image-saturated", "image-dark", "pixel-defect", and those of the quality.
+    """
+    return _exposure_flags(exposure) + _defect_flags(frame) + quality.flags
 
 
 def _exposure_flags(exposure: Exposure) -> tuple[Flag, ...]:

@@ -44,7 +44,7 @@ def peaks(space: Floating, max_peaks: int, radius_px: int, min_score: float) -> 
     dilated = cv2.dilate(space, np.ones((size, size), np.uint8), borderType=cv2.BORDER_REPLICATE)
     top = (space == dilated) & (space > min_score)
     top[[0, -1]] = top[:, [0, -1]] = False
-    v, u = np.nonzero(top)
+    v, u = np.divmod(np.flatnonzero(top), top.shape[1])  # several times faster than np.nonzero in 2D
     order = np.argsort(-space[v, u], kind="stable")[:max_peaks]
     v, u = v[order], u[order]
     centre = space[v, u].astype(np.float64)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from spinewatch.arrays import Bool, Floating
@@ -152,7 +153,8 @@ def segment_means(image: Floating, axis: int, segment_px: int) -> Floating:
     """
     first = np.arange(0, image.shape[axis], segment_px)
     count = np.diff(np.append(first, image.shape[axis])) * image.shape[1 - axis]
-    return np.asarray(np.add.reduceat(image.sum(axis=1 - axis, dtype=np.float64), first) / count)
+    lines = cv2.reduce(image, 1 - axis, cv2.REDUCE_SUM, dtype=cv2.CV_64F).ravel()
+    return np.asarray(np.add.reduceat(lines, first) / count)
 
 
 def threshold(statistic: Floating, alpha: float) -> float:

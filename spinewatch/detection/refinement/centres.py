@@ -11,6 +11,8 @@ from __future__ import annotations
 
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from math import exp
+from statistics import median
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -299,7 +301,7 @@ def _probable(estimates: BallEstimates, p: CentreParameters) -> Bool:
 def _size_ratio(estimates: BallEstimates, p: CentreParameters) -> float:
     """Return the median size of the probable balls over that of the patches, 1 when they are too few."""
     balls = _probable(estimates, p)
-    return float(np.exp(np.median(estimates.log_size[balls]))) if balls.sum() >= p.min_balls else 1.0
+    return exp(median(estimates.log_size[balls].tolist())) if balls.sum() >= p.min_balls else 1.0
 
 
 def _score(estimates: BallEstimates, similarity: Float, p: CentreParameters) -> Float:

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from spinewatch.array_file import reading_arrays, write_arrays
 from spinewatch.arrays import Single
-from spinewatch.detection.refinement.networks import BallNetwork, BallNetworks, Layer
+from spinewatch.detection.refinement.network_graph import Layer
+from spinewatch.detection.refinement.networks import BallNetwork, BallNetworks
 from spinewatch.detection.refinement.patches import PatchGrid
 from spinewatch.errors import NetworkFileError
 

@@ -6,17 +6,15 @@ an input, because light from the right also shades a ball's left side.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from spinewatch.arrays import Float, Single
+from spinewatch.detection.refinement.network_graph import Layer, NetworkGraph
 from spinewatch.detection.refinement.patches import PatchGrid
 
-_BLOCK = 256
-"""Patches processed together: few enough to use little memory, many enough that two threads seldom wait for each other
-between NumPy's calls."""
 _CONTRAST_FLOOR = np.float32(0.05)
 """Part of the networks' definition: patches whose log gray levels vary by less than about this stay faint."""
 
@@ -68,29 +66,6 @@ SCALES = OutputScales()
 
 
 @dataclass(frozen=True, eq=False)
-class Layer:
-    """A convolution without padding.
-
-    Attributes
-    ----------
-    weights
-        Shape (h, w, channels in, channels out).
-    bias
-        Shape (channels out,).
-    stride
-        Step between windows, samples.
-    lamp
-        Added to the bias per component of the lamp direction (u, v), and if that is measured, shape (3, channels out);
-        None where the lamp is no input.
-    """
-
-    weights: Single
-    bias: Single
-    stride: int
-    lamp: Single | None = None
-
-
-@dataclass(frozen=True, eq=False)
 class BallNetwork:
     """A network for balls of a range of sizes.
 
@@ -109,6 +84,11 @@ class BallNetwork:
     grid: PatchGrid
     min_width_px: float
     layers: tuple[Layer, ...]
+
+    @cached_property
+    def graph(self) -> NetworkGraph:
+        """The network ready to be evaluated, prepared when it is first used."""
+        return NetworkGraph(self.layers, self.grid.size)
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,10 +186,7 @@ def predict_balls(
     True
     """
     lamp_input = np.array([*lamp, lamp_is_measured], dtype=np.float32)
-    blocks = (patches[start : start + _BLOCK] for start in range(0, max(len(patches), 1), _BLOCK))
-    out = np.concatenate(
-        [_run(network.layers, normalize(block)[..., None], lamp_input) for block in blocks]
-    ).astype(float)
+    out = network.graph(normalize(patches), lamp_input).astype(float)
     log_odds, u, v, log_u, log_v, off_diagonal, visible, log_size, lamp_u, lamp_v, log_lamp = out.T
     # The inverse covariance is the product L^T L of L = [[1/a, off_diagonal/b], [0, 1/b]].
     a, b = np.exp(-log_u - SCALES.log_precision), np.exp(-log_v - SCALES.log_precision)
@@ -249,19 +226,3 @@ def normalize(patches: Single) -> Single:
     spread = np.sqrt(np.einsum("nhw,nhw->n", x, x) / (x.shape[1] * x.shape[2]))
     x /= spread[:, None, None] + _CONTRAST_FLOOR
     return np.asarray(x)
-
-
-def _run(layers: Sequence[Layer], x: Single, lamp: Single) -> Single:
-    """Return the outputs (n, k) of patches (n, h, w, 1) with the lamp input (3,)."""
-    for layer in layers:
-        kh, kw, channels, out = layer.weights.shape
-        n, h, w = len(x), *((m - k) // layer.stride + 1 for m, k in zip(x.shape[1:3], (kh, kw), strict=True))
-        if h * w > 1:
-            windows = np.lib.stride_tricks.sliding_window_view(x, (kh, kw), axis=(1, 2))
-            x = windows[:, :: layer.stride, :: layer.stride].transpose(0, 1, 2, 4, 5, 3)
-        flat = x.reshape(n * h * w, kh * kw * channels) @ layer.weights.reshape(-1, out)
-        flat += layer.bias if layer.lamp is None else layer.bias + lamp @ layer.lamp
-        if layer is not layers[-1]:
-            np.maximum(flat, 0, out=flat)
-        x = flat.reshape(n, h, w, out)
-    return x[:, 0, 0]

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -58,26 +60,25 @@ def cut_patches(
            [45., 50., 55.]], dtype=float32)
     """
     across, down = (resampling(size / 2, grid) for size in ball_px)
-    narrow = (_windows(tone, centre_px, down.shape[1], across.shape[1]) @ across.T).reshape(
-        down.shape[1], len(centre_px) * grid.size
-    )
-    return np.ascontiguousarray((down @ narrow).reshape(grid.size, len(centre_px), grid.size).swapaxes(0, 1))
+    windows = _windows(tone, centre_px, down.shape[1], across.shape[1])
+    narrow = windows.reshape(-1, across.shape[1]) @ across.T
+    return np.asarray(down @ narrow.reshape(len(centre_px), down.shape[1], grid.size))
 
 
 def _windows(tone: Single, centre_px: NDArray[np.integer], high: int, wide: int) -> Single:
-    """Return the pixels (high, n, wide) about n whole pixels; rows come first, so that one product resamples all."""
+    """Return the pixels (n, high, wide) about n whole pixels."""
     (h, w), (u, v) = tone.shape, centre_px.T
-    rows = (v + np.arange(high)[:, None] - high // 2).clip(0, h - 1)
-    first = u - wide // 2
-    inside = (first >= 0) & (first + wide <= w)
-    if wide <= w and inside.all():
-        return np.asarray(np.lib.stride_tricks.sliding_window_view(tone, wide, axis=1)[rows, first])
-    columns = (first[:, None] + np.arange(wide)).clip(0, w - 1)
-    return np.asarray(tone[rows[:, :, None], columns])
+    left, top = (u - wide // 2).clip(-wide, w), (v - high // 2).clip(-high, h)
+    outside = (left < 0) | (top < 0) | (left + wide > w) | (top + high > h)
+    if outside.any() or wide > w or high > h:
+        tone = np.asarray(cv2.copyMakeBorder(tone, high, high, wide, wide, cv2.BORDER_REPLICATE))
+        left, top = left + wide, top + high
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(tone, (high, wide))[top, left])
 
 
+@lru_cache(maxsize=16)
 def resampling(radius_px: float, grid: PatchGrid) -> Single:
-    """Return the matrix that resamples the pixels about a centre to the samples of a grid.
+    """Return the matrix that resamples the pixels about a centre to the samples of a grid (read-only).
 
     Each sample is a mean weighted by Keys's cubic kernel, widened where samples are farther apart than pixels.
 
@@ -109,4 +110,6 @@ def resampling(radius_px: float, grid: PatchGrid) -> Single:
     t = np.abs(positions[:, None] - np.arange(-reach, reach + 1)) / width
     near, far = 1.5 * t**3 - 2.5 * t**2 + 1, -0.5 * t**3 + 2.5 * t**2 - 4 * t + 2
     weight = np.where(t < 1, near, np.where(t < 2, far, 0))
-    return np.asarray(weight / weight.sum(axis=1, keepdims=True), dtype=np.float32)
+    normalized = np.asarray(weight / weight.sum(axis=1, keepdims=True), dtype=np.float32)
+    normalized.flags.writeable = False
+    return normalized

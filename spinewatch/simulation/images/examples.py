@@ -13,15 +13,46 @@ from spinewatch.detection.refinement.patches import PatchGrid, cut_patches
 from spinewatch.imaging.tone import patch_tone
 from spinewatch.simulation.images.random_worlds import random_world
 from spinewatch.simulation.images.ray_tracing import trace
-from spinewatch.simulation.images.sensor import expose, random_sensor
+from spinewatch.simulation.images.sensor import SensorModel, expose, random_sensor
 from spinewatch.simulation.images.textures import random_textures
+from spinewatch.simulation.images.world import World
 
-_PRESENT = 0.75
+FAMILIES = (
+    "glossy",
+    "satin",
+    "matte",
+    "smeared",
+    "dark tissue",
+    "side lamp",
+    "twin lamps",
+    "defocused",
+    "shaken",
+    "compressed",
+    "sharpened",
+    "noisy",
+)
+"""Families of looks for which errors are reported; an example belongs to several, or to none."""
+_SATIN, _MATTE = 0.14, 0.35
+"""Roughness from which a ball is satin, and from which it is matte."""
+_DARK = 0.05
+"""Albedo below which tissue is dark."""
+_RAKING = 0.75
+"""Lamps are at the side where the cosine of their angle to the viewing direction is smaller."""
+_NOISY = 1.6
+"""Read noise above which an image is noisy, gray levels."""
+_STRONG = 0.3
+"""Least irradiance of such a lamp."""
+
+_EXPOSURES = 2
+"""Examples of each world, by different sensors."""
+_PRESENT = 0.72
 """Fraction of worlds with a ball."""
 _MISPLACED = 0.08
 """Fraction of those whose patch is not centred on the ball."""
 _MAX_OFFSET = 0.5
 """Maximum distance of the patch's middle from the ball's centre, in radii, for the patch to show a ball."""
+_MIN_CONTRAST = 0.04
+"""Least standard deviation of the log gray levels of a patch that shows a ball; in a fainter one none can be seen."""
 _TEXTURES = 40
 _TEXTURE_SIZE = 256
 _TEXTURE_LIFE = 1000
@@ -72,7 +103,9 @@ class Examples:
     up
         Expected direction of the cart's lamp: u and v components of a unit vector, shape (n, 2).
     lamp
-        True direction of the cart's lamp, shape (n, 2).
+        True direction of the cart's lamp or of the middle of its lamps, shape (n, 2).
+    families
+        Whether an example belongs to each of the `FAMILIES`, shape (n, k).
     """
 
     patches: NDArray[np.float16]
@@ -82,6 +115,7 @@ class Examples:
     log_size: Single
     up: Single
     lamp: Single
+    families: Bool
 
 
 def random_examples(rng: np.random.Generator, count: int, parameters: ExampleParameters) -> Examples:
@@ -108,23 +142,36 @@ def random_examples(rng: np.random.Generator, count: int, parameters: ExamplePar
     (2, 25, 25)
     """
     patches = np.empty((count, parameters.grid.size, parameters.grid.size), np.float16)
-    truth = np.empty((count, 9), np.float32)
+    truth = np.empty((count, 9 + len(FAMILIES)), np.float32)
     textures = random_textures(rng, _TEXTURES, _TEXTURE_SIZE)
     for i in range(count):
         if i and i % _TEXTURE_LIFE == 0:
             textures = random_textures(rng, _TEXTURES, _TEXTURE_SIZE)
-        patches[i], truth[i] = _random_example(rng, textures, parameters)
-    ball, offset, visible, log_size, up, lamp = np.split(truth, [1, 3, 4, 5, 7], axis=1)
-    return Examples(patches, ball[:, 0] > 0, offset, visible[:, 0], log_size[:, 0], up, lamp)
+        if i % _EXPOSURES == 0:
+            shot = _random_shot(rng, textures, parameters)
+        patches[i], truth[i] = _exposed(rng, shot, parameters)
+    ball, offset, visible, log_size, up, lamp, families = np.split(truth, [1, 3, 4, 5, 7, 9], axis=1)
+    return Examples(patches, ball[:, 0] > 0, offset, visible[:, 0], log_size[:, 0], up, lamp, families > 0)
 
 
-def _random_example(
-    rng: np.random.Generator, textures: Single, p: ExampleParameters
-) -> tuple[Single, Single]:
-    """Return a patch and its truth (9,): ball, offset, visible, log size, up, lamp."""
+@dataclass(frozen=True, eq=False)
+class _Shot:
+    """A traced image of a world, not exposed yet: of `half` px about a pixel on each side, and its ball's centre."""
+
+    world: World
+    ball_px: Float
+    half: Int
+    centre: Float
+    samples: int
+    radiance: Single
+    visible: float
+
+
+def _random_shot(rng: np.random.Generator, textures: Single, p: ExampleParameters) -> _Shot:
+    """Return an image of a random world."""
     world = random_world(rng, textures, present=bool(rng.random() < _PRESENT))
     ball_px = _random_size(rng, p)
-    half = np.ceil((p.grid.size / (2 * p.grid.radius) + 0.45) * ball_px / 2).astype(int) + 3
+    half = np.ceil((p.grid.size / (2 * p.grid.radius) + 0.45) * ball_px / 2).astype(int) + 4
     # Most features are accurate to a fraction of a pixel, some are not.
     error = rng.normal(0, 0.05, 2) if rng.random() < 0.7 else rng.uniform(-0.4, 0.4, 2)
     centre = half + rng.uniform(-0.5, 0.5, 2) + error * ball_px / 2
@@ -134,9 +181,16 @@ def _random_example(
         for n, c in zip(half, centre, strict=True)
     )
     u, v = np.meshgrid((x / (ball_px[0] / 2)).astype(np.float32), (-y / (ball_px[1] / 2)).astype(np.float32))
-    radiance, shown = trace(world, u, v)
-    tone = patch_tone(expose(radiance, samples, random_sensor(rng), rng))
+    radiance, shown = trace(world, u, v, ground_step=min(samples, 2))
     visible = float(shown.sum() / (u * u + v * v < 1).sum()) if world.present else 0.0
+    return _Shot(world, ball_px, half, centre, samples, radiance, visible)
+
+
+def _exposed(rng: np.random.Generator, shot: _Shot, p: ExampleParameters) -> tuple[Single, Single]:
+    """Return a patch and its truth (9 + k,): ball, offset, visible, log size, up, lamp, families."""
+    world, ball_px, half, centre = shot.world, shot.ball_px, shot.half, shot.centre
+    sensor = random_sensor(rng, (float(ball_px[0]), float(ball_px[1])))
+    tone = patch_tone(expose(shot.radiance, shot.samples, sensor, rng))
     assumed = ball_px * np.exp(rng.normal(0, 0.03 if rng.random() < 0.5 else 0.1))
     middle = half
     if not world.present:
@@ -148,10 +202,38 @@ def _random_example(
         ).astype(int)
     patch = cut_patches(tone, middle[None], (float(assumed[0]), float(assumed[1])), p.grid)[0]
     offset = (centre - middle) / (assumed / 2)
-    ball = world.present and np.hypot(*offset) < _MAX_OFFSET
+    ball = world.present and np.hypot(*offset) < _MAX_OFFSET and patch.std() > _MIN_CONTRAST
     log_size = np.log(ball_px[0] / assumed[0])
-    directions = (d[:2] * (1, -1) for d in (world.up, world.lamps[0].direction))
-    return patch, np.concatenate([[ball, *offset, visible, log_size], *directions]).astype(np.float32)
+    directions = (d[:2] * (1, -1) for d in (world.up, world.lamp))
+    truth = [
+        ball,
+        *offset,
+        shot.visible,
+        log_size,
+        *np.concatenate(list(directions)),
+        *_families(world, sensor),
+    ]
+    return patch, np.array(truth, np.float32)
+
+
+def _families(world: World, sensor: SensorModel) -> list[bool]:
+    """Return whether an example belongs to each of the `FAMILIES`."""
+    ball = world.spheres[0] if world.present else None
+    roughness = ball.material.roughness if ball else np.nan
+    return [
+        roughness < _SATIN,
+        _SATIN <= roughness < _MATTE,
+        roughness >= _MATTE,
+        ball is not None and ball.smear is not None,
+        world.ground.albedo < _DARK,
+        any(lamp.direction[2] < _RAKING and lamp.irradiance > _STRONG for lamp in world.lamps),
+        len(world.lamps) > 1 and world.lamps[0].direction is not world.lamp,
+        max(sensor.defocus_px) > 0,
+        max(np.abs(sensor.motion_px)) > 0,
+        sensor.quality is not None,
+        sensor.sharpening > 0,
+        sensor.read > _NOISY,
+    ]
 
 
 def _random_size(rng: np.random.Generator, p: ExampleParameters) -> Float:

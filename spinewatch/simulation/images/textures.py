@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from spinewatch.arrays import Floating, Single
 
 
 def random_textures(rng: np.random.Generator, count: int, size: int) -> Single:
-    """Return random textures: noise of a random spectral slope, stretched, some of it mapped to grains or ridges.
+    """Return random textures: noise of a random spectral slope, stretched, some mapped to grains, ridges or cells.
 
     Parameters
     ----------
@@ -32,7 +33,7 @@ def random_textures(rng: np.random.Generator, count: int, size: int) -> Single:
     fy, fx = np.meshgrid(np.fft.fftfreq(size), np.fft.rfftfreq(size), indexing="ij")
     out = np.empty((count, size, size), np.float32)
     for texture in out:
-        stretch, azimuth = rng.uniform(1, 2.5), rng.uniform(0, np.pi)
+        stretch, azimuth = float(np.exp(rng.uniform(0, np.log(3)))), rng.uniform(0, np.pi)
         a, b = fx * np.cos(azimuth) + fy * np.sin(azimuth), fy * np.cos(azimuth) - fx * np.sin(azimuth)
         f = np.hypot(a * stretch, b / stretch)
         low, slope = rng.uniform(0.003, 0.03), rng.uniform(0.7, 1.8)
@@ -44,12 +45,25 @@ def random_textures(rng: np.random.Generator, count: int, size: int) -> Single:
             return np.asarray((field - field.mean()) / field.std())
 
         field = noise()
-        kind = rng.integers(4)
+        kind = rng.integers(5)
         if kind == 1:  # grains
             field = np.tanh(2 * field) + 0.5 * noise()
         elif kind == 2:  # ridges
             field = -np.abs(field) + 0.4 * noise()
         elif kind == 3:  # spots on a uniform ground
             field = np.maximum(field - rng.uniform(0.3, 1.2), 0) * rng.choice((-1, 1)) + 0.3 * noise()
+        elif kind == 4:  # lobules of fat
+            field = 3 * _cells(rng, size) + 0.4 * field
         texture[:] = (field - field.mean()) / field.std()
     return out
+
+
+def _cells(rng: np.random.Generator, size: int) -> Floating:
+    """Return round cells (size, size) with dark borders between them: 1 minus the scaled distance to a middle."""
+    middles = np.ones((size, size), np.uint8)
+    count = int(np.exp(rng.uniform(np.log(40), np.log(600))))
+    middles.ravel()[rng.integers(0, size * size, count)] = 0
+    around = np.pad(middles, size // 4, mode="wrap")
+    distance = cv2.distanceTransform(around, cv2.DIST_L2, cv2.DIST_MASK_5)
+    inner = distance[size // 4 : size // 4 + size, size // 4 : size // 4 + size]
+    return np.asarray(1 - np.square(inner * np.sqrt(count) / size))

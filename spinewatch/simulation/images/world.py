@@ -47,11 +47,14 @@ class Lamp:
         Angular radius, radians.
     irradiance
         Irradiance of a surface that faces the lamp.
+    is_disc
+        Whether its reflection has a sharp edge; else it is brightest in the middle.
     """
 
     direction: Single
     radius_rad: float
     irradiance: float
+    is_disc: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +81,34 @@ class Material:
 
 
 @dataclass(frozen=True, eq=False)
+class Smear:
+    """Blood on a sphere: a film where a texture, projected along z, exceeds a level.
+
+    Attributes
+    ----------
+    material
+        The blood.
+    texture
+        Texture of zero mean and unit variance, shape (n, n).
+    scale
+        Texels per radius of the sphere.
+    origin
+        Texel at the sphere's centre, shape (2,).
+    level
+        Value of the texture at the edge of the film.
+    thinness
+        Difference of the texture over which the film changes from none to opaque.
+    """
+
+    material: Material
+    texture: Single
+    scale: float
+    origin: Single
+    level: float
+    thinness: float
+
+
+@dataclass(frozen=True, eq=False)
 class Sphere:
     """A ball, or a rounded object beside it.
 
@@ -89,11 +120,14 @@ class Sphere:
         Radius.
     material
         Its surface.
+    smear
+        Blood on it, or None.
     """
 
     centre: Single
     radius: float
     material: Material
+    smear: Smear | None = None
 
     def hit(self, x: Single, y: Single) -> Hit | None:
         """Return where rays along the viewing direction meet the sphere.
@@ -184,6 +218,53 @@ class Cylinder:
 
 
 @dataclass(frozen=True, eq=False)
+class Clot:
+    """An elliptical spot of the ground that is darker or brighter: a clot, char, a hole, a piece of fat.
+
+    Attributes
+    ----------
+    centre
+        Position (x, y), shape (2,).
+    radius
+        Mean radius.
+    stretch
+        Ratio of its axes.
+    rotation_rad
+        Direction of the longer axis, radians.
+    softness
+        Width of its edge, in radii of the spot.
+    factor
+        Factor of the albedo in it.
+    """
+
+    centre: Single
+    radius: float
+    stretch: float
+    rotation_rad: float
+    softness: float
+    factor: float
+
+
+@dataclass(frozen=True, eq=False)
+class Border:
+    """A straight border beyond which the ground is another material: a sponge, a drape, bone.
+
+    Attributes
+    ----------
+    direction
+        Unit vector across the border, shape (2,).
+    distance
+        Distance from the origin.
+    factor
+        Factor of the albedo beyond it.
+    """
+
+    direction: Single
+    distance: float
+    factor: float
+
+
+@dataclass(frozen=True, eq=False)
 class Ground:
     """Tissue: a textured plane through ``(0, 0, -depth)``, with walls around it.
 
@@ -227,6 +308,12 @@ class Ground:
         Height of the walls.
     steep
         Radiance of the walls relative to the ground.
+    scatter
+        Least width of the edges of shadows: light spreads under the surface of tissue.
+    clots
+        Spots of another albedo.
+    border
+        Border with another material, or None.
     """
 
     depth: float
@@ -248,6 +335,9 @@ class Ground:
     rim: float
     rise: float
     steep: float
+    scatter: float = 0.02
+    clots: tuple[Clot, ...] = ()
+    border: Border | None = None
 
 
 @dataclass(frozen=True)
@@ -279,9 +369,13 @@ class World:
     ground
         The tissue.
     lamps
-        The lamps, the cart's first.
+        The lamps.
+    lamp
+        Unit vector to the cart's lamp or to the middle of its lamps, shape (3,).
     ambient
-        Radiance of the room.
+        Mean radiance of the room.
+    glow
+        Gradient of that radiance: it is ``1 + glow . d`` times the mean in direction d, shape (3,).
     surround
         Objects around the wound.
     present
@@ -294,7 +388,9 @@ class World:
     cylinders: tuple[Cylinder, ...]
     ground: Ground
     lamps: tuple[Lamp, ...]
+    lamp: Single
     ambient: float
+    glow: Single
     surround: Surround
     present: bool
     up: Single

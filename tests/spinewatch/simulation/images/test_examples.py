@@ -1,7 +1,7 @@
 import numpy as np
 
 from spinewatch.detection.refinement.patches import PatchGrid
-from spinewatch.simulation.images.examples import ExampleParameters, random_examples
+from spinewatch.simulation.images.examples import FAMILIES, ExampleParameters, random_examples
 
 PARAMETERS = ExampleParameters(PatchGrid(25, 5.0), (8.0, 12.0), wider=20.0)
 
@@ -25,9 +25,10 @@ def test_the_truth_is_within_its_ranges() -> None:
     assert np.median(np.linalg.norm(examples.up - examples.lamp, axis=1)) < 0.2
 
 
-def test_balls_are_darker_than_their_surroundings_at_the_stated_centre() -> None:
+def test_balls_are_darker_than_bright_surroundings_at_the_stated_centre() -> None:
     examples = random_examples(np.random.default_rng(7), 150, PARAMETERS)
-    whole = examples.ball & (examples.visible > 0.95)
+    dark, smeared = (examples.families[:, FAMILIES.index(name)] for name in ("dark tissue", "smeared"))
+    whole = examples.ball & (examples.visible > 0.95) & ~dark & ~smeared
     grid = PARAMETERS.grid
     axis = (np.arange(grid.size) - (grid.size - 1) / 2) / grid.radius
     u, v = np.meshgrid(axis, axis)
@@ -36,3 +37,12 @@ def test_balls_are_darker_than_their_surroundings_at_the_stated_centre() -> None
         r = np.hypot(u - du, v - dv)
         darker.append(np.median(patch[r < 0.7]) < np.median(patch[(r > 1.3) & (r < 2)]))
     assert np.mean(darker) > 0.9
+
+
+def test_families_are_of_the_stated_looks() -> None:
+    examples = random_examples(np.random.default_rng(8), 150, PARAMETERS)
+    family = dict(zip(FAMILIES, examples.families.T, strict=True))
+    gloss = sum(family[name].astype(int) for name in ("glossy", "satin", "matte"))
+    assert np.all(gloss[examples.ball] == 1)
+    assert np.all(gloss <= 1)
+    assert all(0 < members.sum() < 100 for members in family.values())

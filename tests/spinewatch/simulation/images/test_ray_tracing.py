@@ -7,7 +7,18 @@ import pytest
 
 from spinewatch.arrays import Single
 from spinewatch.simulation.images.ray_tracing import trace
-from spinewatch.simulation.images.world import Cylinder, Ground, Lamp, Material, Sphere, Surround, World
+from spinewatch.simulation.images.world import (
+    Border,
+    Clot,
+    Cylinder,
+    Ground,
+    Lamp,
+    Material,
+    Smear,
+    Sphere,
+    Surround,
+    World,
+)
 
 BLACK = Material(0.0, 0.05, 0.04, 0.0)
 UP = np.array([0, 0, 1], np.float32)
@@ -42,7 +53,8 @@ def plain_world(lamp: Lamp, depth: float = 3.0) -> World:
         steep=1.0,
     )
     ball = Sphere(np.zeros(3, np.float32), 1.0, BLACK)
-    return World((ball,), (), ground, (lamp,), 0.02, Surround(0.0, 0.0), True, UP)
+    still = np.zeros(3, np.float32)
+    return World((ball,), (), ground, (lamp,), lamp.direction, 0.02, still, Surround(0.0, 0.0), True, UP)
 
 
 def view(reach: float, n: int = 401) -> tuple[Single, Single]:
@@ -131,3 +143,100 @@ def test_a_ball_in_the_shadow_of_a_rod_has_no_highlight() -> None:
     (bright,), (shaded,) = trace(world, x, 0 * x)[0], trace(replace(world, cylinders=(rod,)), x, 0 * x)[0]
     assert shaded[0] < 0.2 * bright[0]
     assert shaded[1] == bright[1]
+
+
+def test_the_ground_between_evaluated_points_is_interpolated() -> None:
+    world = plain_world(Lamp(unit(0.5, 0.0, 1), 0.1, 1.0))
+    x, y = view(6.0, n=200)
+    (fine, whole), (coarse, same) = trace(world, x, y), trace(world, x, y, ground_step=2)
+    assert np.array_equal(whole, same)
+    assert np.abs(fine - coarse).mean() < 0.01 * fine.mean()
+    assert np.array_equal(fine[whole], coarse[whole])
+
+
+def test_a_matte_ball_is_lit_by_the_cosine_of_the_angle_to_the_lamp() -> None:
+    world = plain_world(Lamp(unit(1.0, 0.0, 1), 0.01, 1.0))
+    matte = Material(0.1, 0.9, 1e-4, 0.0)
+    ball = replace(world.spheres[0], material=matte)
+    lit = replace(world, spheres=(ball,), ambient=0.0, ground=replace(world.ground, albedo=0.0))
+    x = np.array([[0.0, 0.5, -0.9]], np.float32)
+    radiance = trace(lit, x, 0 * x)[0][0]
+    cosine = (0.5 * 1 + np.sqrt(0.75)) / np.sqrt(2), 1 / np.sqrt(2)
+    assert radiance[1] / radiance[0] == pytest.approx(cosine[0] / cosine[1], rel=0.02)
+    assert radiance[2] == pytest.approx(0, abs=1e-4)
+
+
+def test_the_underside_of_a_matte_ball_is_lit_by_the_ground() -> None:
+    world = plain_world(Lamp(UP, 0.01, 1.0))
+    matte = replace(world.spheres[0], material=Material(0.1, 0.9, 1e-4, 0.0))
+    dark, bright = (
+        replace(world, spheres=(matte,), ambient=0.0, ground=replace(world.ground, albedo=albedo))
+        for albedo in (0.0, 0.4)
+    )
+    x = np.array([[0.0, 0.7]], np.float32)
+    gain = trace(bright, x, 0 * x)[0] - trace(dark, x, 0 * x)[0]
+    assert gain[0, 1] > 5 * gain[0, 0] > -1e-6
+    assert gain[0, 1] == pytest.approx(0.1 * 0.4 / np.pi * (1 - np.sqrt(1 - 0.7**2)) / 2, rel=0.05)
+
+
+def test_the_room_is_brighter_where_it_glows() -> None:
+    world = plain_world(Lamp(UP, 0.01, 0.0))
+    glowing = replace(world, glow=np.array([0.5, 0, 0], np.float32))
+    x = np.array([[0.6, -0.6]], np.float32)
+    even, uneven = trace(world, x, 0 * x)[0][0], trace(glowing, x, 0 * x)[0][0]
+    across = 2 * 0.6 * 0.8  # the x component of the reflected direction
+    assert uneven / even == pytest.approx([1 + 0.5 * across, 1 - 0.5 * across], rel=1e-3)
+
+
+def test_a_disc_is_reflected_evenly_with_a_sharp_edge() -> None:
+    lamp = Lamp(UP, 0.4, 1.0, is_disc=True)
+    world = plain_world(lamp)
+    glossy = replace(world.spheres[0], material=Material(0.0, 0.02, 0.04, 0.0))
+    x = np.array([[0.0, 0.1, 0.15, 0.25]], np.float32)
+    radiance = trace(replace(world, spheres=(glossy,)), x, 0 * x)[0][0]
+    assert radiance[:3] == pytest.approx(radiance[0], rel=0.03)
+    assert radiance[0] == pytest.approx(0.04 / (np.pi * 0.2**2) / 4 + 0.04 * world.ambient, rel=0.02)
+    assert radiance[3] < 0.1 * radiance[0]
+
+
+def test_blood_covers_a_ball_where_its_texture_is_high() -> None:
+    world = plain_world(Lamp(UP, 0.01, 1.0))
+    texture = np.where(np.arange(16) < 8, 2.0, -2.0).astype(np.float32)[None].repeat(16, axis=0)
+    blood = Material(0.3, 0.9, 1e-4, 0.0)
+    smear = Smear(blood, texture, 2.0, np.array([8.0, 8.0], np.float32), 0.0, 0.1)
+    ball = replace(world.spheres[0], smear=smear)
+    x = np.array([[-0.6, 0.6]], np.float32)
+    clean, smeared = trace(world, x, 0 * x)[0][0], trace(replace(world, spheres=(ball,)), x, 0 * x)[0][0]
+    assert smeared[0] > clean[0] + 0.3 * 0.7 / np.pi
+    assert smeared[1] == clean[1]
+
+
+def test_a_clot_and_the_ground_beyond_a_border_have_their_albedo() -> None:
+    world = plain_world(Lamp(UP, 0.01, 1.0))
+    clot = Clot(np.array([6, 0], np.float32), 1.0, 1.0, 0.0, 0.1, 0.2)
+    border = Border(np.array([-1, 0], np.float32), 4.0, 2.0)
+    other = replace(world, ground=replace(world.ground, clots=(clot,), border=border))
+    x = np.array([[6.0, 3.0, -3.0, -6.0]], np.float32)
+    assert trace(other, x, 0 * x)[0] / trace(world, x, 0 * x)[0] == pytest.approx(
+        np.array([[0.2, 1.0, 1.0, 2.0]]), rel=1e-4
+    )
+
+
+def test_light_that_scatters_in_tissue_softens_the_edges_of_shadows() -> None:
+    world = plain_world(Lamp(unit(0.5, 0.0, 1), 0.001, 1.0), depth=10.0)
+    soft = replace(world, ground=replace(world.ground, scatter=0.5))
+    x = np.linspace(-7.5, -2.5, 400, dtype=np.float32)[None]
+    hard_edge, soft_edge = (np.abs(np.diff(trace(w, x, 0 * x)[0][0])).max() for w in (world, soft))
+    assert soft_edge < 0.2 * hard_edge
+
+
+def test_a_polished_rod_mirrors_the_ball_beside_it() -> None:
+    world = plain_world(Lamp(UP, 0.01, 1.0))
+    polished = Material(0.0, 0.01, 0.8, 0.0)
+    rod = Cylinder(np.array([1.6, -5, -1], np.float32), unit(0, 1, 0), 10.0, 0.5, polished)
+    facing = np.array(
+        [[1.6 - 0.5 * np.sin(np.pi / 5)]], np.float32
+    )  # reflects to the side, where the ball is
+    away = np.array([[1.6 + 0.5 * np.sin(np.pi / 5)]], np.float32)
+    metal = replace(world, cylinders=(rod,))
+    assert trace(metal, facing, 0 * facing)[0][0, 0] < 0.5 * trace(metal, away, 0 * away)[0][0, 0]
