@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +11,7 @@ from scipy import stats
 
 from bench.truth import Scene, Surgery, TrueTriad
 from spinewatch.arrays import Float
+from spinewatch.detection.features import Features
 from spinewatch.geometry.rotations import vector_from_rotation
 from spinewatch.imaging.frame import SIDES
 from spinewatch.pipeline import StageMeasurement
@@ -23,6 +24,9 @@ GATE_MM = 6.0
 
 FOUND_MM = 2.0
 """A triad with a smaller position error is found."""
+
+SURE_PX = 0.2
+"""The centre of a ball image is sure when its stated standard deviation along both axes is less than this."""
 
 FEATURE_PX = 1.5
 """A visible ball with a feature nearer than this is detected."""
@@ -55,7 +59,10 @@ class Match:
 
 @dataclass(frozen=True, eq=False)
 class StageScore:
-    """Score of one stereo pair; ``failure`` is the reason why it could not be measured, or empty."""
+    """Score of one stereo pair; ``failure`` is the reason why it could not be measured, or empty.
+
+    ``sure_errors_px``: errors (n, 2) of the sure centres of found triads in each view.
+    """
 
     scene: Scene
     matches: tuple[Match, ...]
@@ -65,6 +72,7 @@ class StageScore:
     flags: tuple[str, ...]
     total_ms: float
     failure: str = ""
+    sure_errors_px: Mapping[str, Float] = field(default_factory=dict)
 
     @property
     def poses(self) -> dict[str, Pose]:
@@ -95,6 +103,7 @@ def score_stage(scene: Scene, measurement: StageMeasurement, total_ms: float) ->
             free.remove(match.measured)
         matches.append(match)
     features = {side: getattr(measurement, side).features.xy_px for side in SIDES}
+    found = [match for match in matches if match.found]
     return StageScore(
         scene=scene,
         matches=tuple(matches),
@@ -103,6 +112,9 @@ def score_stage(scene: Scene, measurement: StageMeasurement, total_ms: float) ->
         feature_counts=tuple(len(xy) for xy in features.values()),
         flags=tuple(flag.code for flag in measurement.flags),
         total_ms=total_ms,
+        sure_errors_px={
+            side: _sure_errors(found, getattr(measurement, side).features, side) for side in SIDES
+        },
     )
 
 
@@ -139,6 +151,12 @@ def summary(scores: Iterable[StageScore], motions: Iterable[MotionError]) -> dic
     partly = [match for match in every if not match.truth.visible]
     good = [match for match in whole if match.found]
     centre = {side: _centre_errors(good, side) for side in SIDES}
+    sure = {
+        side: np.concatenate(
+            [np.empty((0, 2)), *(s.sure_errors_px[side] for s in scores if s.sure_errors_px)]
+        )
+        for side in SIDES
+    }
     rotations = np.array([match.rotation_error_deg for match in good]).reshape(-1, 3)
     motion_rotations = np.array([motion.rotation_deg for motion in motions]).reshape(-1, 3)
     return {
@@ -150,6 +168,7 @@ def summary(scores: Iterable[StageScore], motions: Iterable[MotionError]) -> dic
         "within1mm_pct": _percent(sum(match.position_error_mm <= 1 for match in good), len(whole)),
         "partial": len(partly),
         "partial_found": sum(match.found for match in partly),
+        "unlabelled": sum(match.measured is not None and match.measured.label is None for match in every),
         "mislabelled": sum(match.measured is not None and not match.labelled_correctly for match in every),
         "false": sum(score.false for score in scores),
         "P_rms_mm": rms([match.position_error_mm for match in good]),
@@ -159,6 +178,10 @@ def summary(scores: Iterable[StageScore], motions: Iterable[MotionError]) -> dic
         "inplane_rms_deg": rms(rotations[:, 2]),
         "centre_rms_px": {side: [rms(errors[:, i]) for i in (0, 1)] for side, errors in centre.items()},
         "centre_bias_px": {side: _mean_rows(errors) for side, errors in centre.items()},
+        "sure_centres": {side: len(errors) for side, errors in sure.items()},
+        "sure_rms_px": {side: [rms(errors[:, i]) for i in (0, 1)] for side, errors in sure.items()},
+        "sure_bias_px": {side: _mean_rows(errors) for side, errors in sure.items()},
+        "view_shift_rms_px": _view_shifts(scores),
         "feature_recall": _mean([value for score in scores for value in score.recall]),
         "features_per_image": _mean([n for score in scores for n in score.feature_counts]),
         "motion_n": len(motions),
@@ -236,6 +259,27 @@ def _centre_errors(matches: list[Match], side: str) -> Float:
         if (image := getattr(ball, f"{side}_px")) is not None
     ]
     return np.array(errors).reshape(-1, 2)
+
+
+def _sure_errors(matches: list[Match], features: Features, side: str) -> Float:
+    """Return the errors (n, 2) of the centres of triads whose features in a view have small stated deviations, px."""
+    sd = np.sqrt(np.diagonal(features.covariance_px2, axis1=1, axis2=2)).max(axis=1, initial=0.0)
+    sure = features.xy_px[sd < SURE_PX]
+    errors = [
+        image - match.truth.centre_px[name][side]
+        for match in matches
+        if match.measured is not None
+        for name, ball in match.measured.triad.balls.items()
+        if (image := getattr(ball, f"{side}_px")) is not None and np.any(np.all(image == sure, axis=1))
+    ]
+    return np.array(errors).reshape(-1, 2)
+
+
+def _view_shifts(scores: Iterable[StageScore]) -> list[float]:
+    """Return the RMS over the views of the mean error of their sure centres, along u and v, px."""
+    means = [np.mean(e, axis=0) for score in scores for e in score.sure_errors_px.values() if len(e)]
+    shifts = np.array(means).reshape(-1, 2)
+    return [rms(shifts[:, i]) for i in (0, 1)]
 
 
 def _mahalanobis(error: Float, covariance: Float) -> float:

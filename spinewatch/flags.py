@@ -203,6 +203,14 @@ _KINDS = (
         "0 of 500 sound simulated stages with every ball in view (`python -m bench.mistakes`)",
     ),
     FlagKind(
+        "triad-doubtful",
+        "stage",
+        "What was found may be no triad, or one with a wrong ball; it is given without a pose and without a label.",
+        "Look at the ball images of the triad. Place their centres, or clear the view and take the stage again.",
+        "0 of 50 true triads of 11 rendered stages; more in images unlike those of the training"
+        " (`python -m bench.doubt`)",
+    ),
+    FlagKind(
         "labels-uncertain",
         "stage",
         "Triads are missing and the gaps between the others do not determine which, or there are more triads than"

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
+from spinewatch.arrays import Float
 from spinewatch.camera import Rig
 from spinewatch.detection.candidates.search import CandidateMaps, Detection, DetectionParameters
 from spinewatch.detection.candidates.templates import TemplateSet
@@ -31,6 +33,7 @@ from spinewatch.triads.drift import search_and_check_rig
 from spinewatch.triads.explanation import Explanation, explain
 from spinewatch.triads.labels import KnownConfiguration, LabelledTriad, LabelParameters, label_triads
 from spinewatch.triads.search import SearchParameters, TriadSearch, match_triads
+from spinewatch.triads.second_look import SecondLookParameters, missing_ball_places
 
 _SAME_IMAGE = "left and right are the same image; send the pair that the two cameras took"
 
@@ -49,6 +52,8 @@ class Parameters:
         Refinement of centres by networks.
     search
         From features to poses.
+    second_look
+        Places that are examined again when balls are missing.
     labels
         Labels when triads are missing.
     rig_check
@@ -61,9 +66,20 @@ class Parameters:
     detection: DetectionParameters = field(default_factory=DetectionParameters)
     centres: CentreParameters = field(default_factory=CentreParameters)
     search: SearchParameters = field(default_factory=SearchParameters)
+    second_look: SecondLookParameters = field(default_factory=SecondLookParameters)
     labels: LabelParameters = field(default_factory=LabelParameters)
     rig_check: RigCheckParameters = field(default_factory=RigCheckParameters)
     diagnosis: DiagnosisParameters = field(default_factory=DiagnosisParameters)
+
+
+class MethodParameters(Protocol):
+    """Parameters of a method of measurement, a dataclass: those of `StageMeasurer`, or of the method of 1995."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    @property
+    def labels(self) -> LabelParameters:
+        """Labels when triads are missing."""
 
 
 @dataclass(frozen=True)
@@ -137,9 +153,26 @@ class StageMeasurement:
     triads: tuple[LabelledTriad, ...]
     flags: tuple[Flag, ...]
     rig_check: RigCheck | None
-    parameters: Parameters
+    parameters: MethodParameters
     templates_version: str
     explanation: Explanation | None = None
+
+
+def require_two_images(left: Frame, right: Frame) -> None:
+    """Raise an error if two images are the same.
+
+    Parameters
+    ----------
+    left, right
+        Images of the two cameras.
+
+    Raises
+    ------
+    SameImageError
+        If all pixels are equal.
+    """
+    if np.array_equal(left.pixels, right.pixels):
+        raise SameImageError(_SAME_IMAGE)
 
 
 LABELS_UNCERTAIN = "labels-uncertain"
@@ -327,11 +360,17 @@ class StageMeasurer:
         SameImageError
             If both images are the same, or of the same exposure with other noise.
         """
-        if np.array_equal(left.pixels, right.pixels):
-            raise SameImageError(_SAME_IMAGE)
+        require_two_images(left, right)
         progress("detect", 0.0)
-        detections = self.detect(left, right)
-        return self.match(detections, (left, right), request, progress, explained=explained)
+        frames, detections = (left, right), self.detect(left, right)
+        progress("match", 0.7)
+        search = self._match(detections, frames, request, self.rig)
+        for _ in range(self.parameters.second_look.rounds):
+            if (places := self._missing_balls(detections, search, request)) is None:
+                break
+            detections = self._detector.look_again(frames, detections, places, self._pool)
+            search = self._match(detections, frames, request, self.rig)
+        return self._measurement(detections, frames, search, request, progress, explained=explained)
 
     def match(
         self,
@@ -368,8 +407,22 @@ class StageMeasurer:
             If both images are of the same exposure with other noise.
         """
         progress("match", 0.7)
+        search = self._match(detections, frames, request, self.rig)
+        return self._measurement(detections, frames, search, request, progress, explained=explained)
+
+    def _measurement(
+        self,
+        detections: tuple[Detection, Detection],
+        frames: tuple[Frame, Frame],
+        search: TriadSearch,
+        request: StageRequest,
+        progress: Progress,
+        *,
+        explained: bool,
+    ) -> StageMeasurement:
+        """Return the result of a pair, from the search for triads in its features."""
         search, rig_check, rig_flags = search_and_check_rig(
-            lambda rig: self._match(detections, frames, request, rig),
+            lambda rig: search if rig is self.rig else self._match(detections, frames, request, rig),
             detections[0].features,
             detections[1].features,
             self.rig,
@@ -402,6 +455,14 @@ class StageMeasurer:
             self._detector.template_version,
             explanation,
         )
+
+    def _missing_balls(
+        self, detections: tuple[Detection, Detection], search: TriadSearch, request: StageRequest
+    ) -> tuple[Float, Float] | None:
+        """Return the places in both images for a second look; None when no ball is missing."""
+        left, right = (detection.features for detection in detections)
+        p = self.parameters.second_look
+        return missing_ball_places(search, left, right, self.rig, request.models, p, request.expected)
 
     def _explanation(
         self, detections: tuple[Detection, Detection], search: TriadSearch, request: StageRequest

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from spinewatch.arrays import Float
 from spinewatch.camera import Camera, Rig
 from spinewatch.detection.candidates.search import (
     CandidateSearch,
@@ -15,6 +16,7 @@ from spinewatch.detection.candidates.search import (
     prepare_search,
 )
 from spinewatch.detection.candidates.templates import TemplateSet, default_template_set
+from spinewatch.detection.features import Features
 from spinewatch.detection.refinement.centres import (
     CentreParameters,
     NominalView,
@@ -32,6 +34,9 @@ from spinewatch.imaging.frame import SIDES, Frame
 from spinewatch.imaging.quality import exposure_flags
 from spinewatch.imaging.sharpness import edge_widths_px
 from spinewatch.parallel import both
+
+_UNKNOWN_SIMILARITY = 0.4
+"""Template similarity of a place that geometry proposes, about that of the least candidates: the networks decide."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,12 +114,76 @@ class BallDetector:
         ]
         return detections[0], detections[1]
 
+    def look_again(
+        self,
+        frames: tuple[Frame, Frame],
+        found: tuple[Detection, Detection],
+        places: tuple[Float, Float],
+        pool: Executor | None = None,
+    ) -> tuple[Detection, Detection]:
+        """Return detections with the balls at given places, which the candidate search did not propose.
+
+        Parameters
+        ----------
+        frames
+            The left and the right image.
+        found
+            Their detections.
+        places
+            Where balls may be in each image, (u, v), shape (n, 2), px; a ball is found half a radius from its place.
+        pool
+            Executes the right view at the same time as the left one; None for one after the other.
+
+        Returns
+        -------
+        tuple of Detection
+            The detections with those features at the places that are no less probable balls than the least of them.
+            Features of the first look stay, except coarse estimates of the same balls, and the least probable ones
+            beyond the largest number of features.
+        """
+        p = self.centres
+
+        def propose_in(number: int) -> Proposals:
+            known = found[number].features
+            best = known.take(np.arange(min(p.n_shared, len(known))))
+            candidates = Features(
+                np.concatenate([best.xy_px, places[number]]),
+                np.concatenate([best.score, np.full(len(places[number]), _UNKNOWN_SIMILARITY)]),
+                np.zeros((len(best) + len(places[number]), 2, 2)),
+            )
+            return propose(self.views[number], frames[number], candidates, self.networks, p)
+
+        proposals = both(propose_in, 0, 1, pool)
+        count = max(map(len, places)) + p.n_shared
+        seen = refine(proposals, replace(p, n_refined=count, n_kept=count), pool)
+        detections = []
+        for number, view in enumerate(seen):
+            before = found[number]
+            factor, extra_sd_px, _ = self._deviations(number, frames[number], before)
+            new = _enlarged(view.features, factor, extra_sd_px)
+            features = _with_second_look(before.features, new, np.array(self.views[number].ball_px) / 2, p)
+            discarded = before.discarded.beside(before.features, features)
+            detections.append(replace(before, features=features, discarded=discarded))
+        return detections[0], detections[1]
+
     def _assessed(self, number: int, frame: Frame, found: Detection, flags: tuple[Flag, ...]) -> Detection:
         """Return a detection with the flags of its image, its deviations enlarged as the image's quality requires."""
-        features, quality = found.features, found.quality
-        factor = np.full(2, quality.sd_factor)
+        factor, extra_sd_px, blurred = self._deviations(number, frame, found)
+        flags = (*flags, *blurred)
+        if self._is_negative(number, frame, found):
+            detail = "balls are found in the negative of the image only; export the image with black as zero"
+            flags = (*flags, Flag("image-negative", detail))
+        features = _enlarged(found.features, factor, extra_sd_px)
+        return replace(found, features=features, flags=(*found.flags, *flags))
+
+    def _deviations(
+        self, number: int, frame: Frame, found: Detection
+    ) -> tuple[Float, tuple[float, float], tuple[Flag, ...]]:
+        """Return the factors and the further deviations (2,), px, that an image requires, and the flag of its blur."""
+        factor = np.full(2, found.quality.sd_factor)
         sharpness, ball_px = self.searches[number].parameters.sharpness, self.views[number].ball_px
-        widths = edge_widths_px(frame.pixels, features.xy_px, ball_px, sharpness)
+        widths = edge_widths_px(frame.pixels, found.features.xy_px, ball_px, sharpness)
+        flags: tuple[Flag, ...] = ()
         if widths is not None:
             limits = np.maximum(sharpness.max_width_px, sharpness.max_width * np.array(ball_px))
             relative = np.array(widths) / limits
@@ -125,16 +194,8 @@ class BallDetector:
                     f" {limits[0]:.1f} and {limits[1]:.1f} px); focus the"
                     " camera, expose for a shorter time"
                 )
-                flags = (*flags, Flag("image-blurred", detail))
-        if self._is_negative(number, frame, found):
-            detail = "balls are found in the negative of the image only; export the image with black as zero"
-            flags = (*flags, Flag("image-negative", detail))
-        if np.any(factor != 1) or any(quality.extra_sd_px):
-            covariance = features.covariance_px2 * np.outer(factor, factor) + np.diag(
-                np.square(quality.extra_sd_px)
-            )
-            features = replace(features, covariance_px2=covariance)
-        return replace(found, features=features, flags=(*found.flags, *flags))
+                flags = (Flag("image-blurred", detail),)
+        return factor, found.quality.extra_sd_px, flags
 
     def _is_negative(self, number: int, frame: Frame, found: Detection) -> bool:
         """Return whether the negative of an image has balls and the image has none."""
@@ -148,6 +209,27 @@ class BallDetector:
         view, _ = refine((proposals, proposals), self.centres)
         count = int((view.features.score > p.min_ball_score).sum())
         return count >= max(p.min_balls, p.min_negative_ratio * balls)
+
+
+def _enlarged(features: Features, factor: Float, extra_sd_px: tuple[float, float]) -> Features:
+    """Return features with deviations enlarged by factors (2,) and by further deviations, px."""
+    if not (np.any(factor != 1) or any(extra_sd_px)):
+        return features
+    covariance = features.covariance_px2 * np.outer(factor, factor) + np.diag(np.square(extra_sd_px))
+    return replace(features, covariance_px2=covariance)
+
+
+def _with_second_look(first: Features, second: Features, radius_px: Float, p: CentreParameters) -> Features:
+    """Return the features of the first look with those of the second that are other balls or better estimates."""
+    probable = second.score >= first.score.min(initial=1.0)
+    new = second.take(np.flatnonzero(probable))
+    distance = np.linalg.norm((first.xy_px[:, None] - new.xy_px) / radius_px, axis=-1)
+    same = distance < p.merge_radius
+    refined = np.arange(len(first)) < p.n_refined
+    new = new.take(np.flatnonzero(~same[refined].any(axis=0)))
+    kept = first.take(np.flatnonzero(refined | ~same[:, ~same[refined].any(axis=0)].any(axis=1)))
+    joined = kept.with_others(new)
+    return joined.take(np.arange(min(p.n_kept, len(joined))))
 
 
 def prepare_detector(

@@ -70,6 +70,31 @@ class Features:
         manual = None if self.manual is None else self.manual[i]
         return Features(self.xy_px[i], self.score[i], self.covariance_px2[i], visible, manual)
 
+    def with_others(self, others: Features) -> Features:
+        """Return these features and others.
+
+        Parameters
+        ----------
+        others
+            Other features of the image.
+
+        Returns
+        -------
+        Features
+            All of them, best score first.
+        """
+        both = (self, others)
+        known = all(part.visible is not None for part in both)
+        manual = any(part.manual is not None for part in both)
+        joined = Features(
+            np.concatenate([part.xy_px for part in both]),
+            np.concatenate([part.score for part in both]),
+            np.concatenate([part.covariance_px2 for part in both]),
+            np.concatenate([part.visible for part in both if part.visible is not None]) if known else None,
+            np.concatenate([part.is_manual for part in both]) if manual else None,
+        )
+        return joined.take(np.argsort(-joined.score, kind="stable"))
+
     def rays(self, camera: Camera, extra_sd_mrad: float = 0.0) -> Rays:
         """Return the rays of the features with their uncertainty.
 

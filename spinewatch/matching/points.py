@@ -148,11 +148,24 @@ def match_features(
         right_index=pairs.right,
         parallax_mm=found.parallax_mm,
         chi2=found.chi2,
-        log_odds=_parallax_log_odds(found.chi2, parameters.epipolar.tolerance_sigma),
+        log_odds=parallax_log_odds(found.chi2, parameters.epipolar.tolerance_sigma),
         score=np.minimum(left.score[pairs.left], right.score[pairs.right]),
     )
 
 
-def _parallax_log_odds(chi2: Float, tolerance_sigma: float) -> Float:
-    """Return the log ratio (n,) of the normal density of parallaxes to the uniform one within the tolerance."""
+def parallax_log_odds(chi2: Float, tolerance_sigma: float) -> Float:
+    """Return the log ratio of the normal density of parallaxes to the uniform one within the tolerance.
+
+    Parameters
+    ----------
+    chi2
+        Chi-squares of the parallaxes, shape (n,), one degree of freedom.
+    tolerance_sigma
+        Largest distance from an epipolar line, in standard deviations.
+
+    Returns
+    -------
+    Float
+        Log-odds of one ball, shape (n,).
+    """
     return np.asarray(-0.5 * (chi2 + np.log(2 * np.pi)) + np.log(2 * tolerance_sigma))

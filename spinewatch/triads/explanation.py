@@ -92,12 +92,15 @@ class Explanation:
         What became of the features of the left and of the right image.
     triads
         The measured triads of the chosen candidates, in their order.
+    method
+        Method that measured.
     """
 
     points: Points
     verdicts: tuple[TriadVerdict, ...]
     uses: tuple[tuple[FeatureUse, ...], tuple[FeatureUse, ...]]
     triads: tuple[MeasuredTriad, ...]
+    method: str = "default"
 
 
 def explain(
@@ -166,8 +169,31 @@ def explain(
     rejected.sort(key=_by_likelihood)
     verdicts = (*chosen, *rejected)
     order = np.argsort(-search.points.log_odds, kind="stable")
-    uses = tuple(_uses(len(one), side, search.points, chosen, verdicts) for side, one in enumerate(features))
-    return Explanation(search.points.take(order), verdicts, (uses[0], uses[1]), search.triads)
+    uses = feature_uses(features, search.points, verdicts)
+    return Explanation(search.points.take(order), verdicts, uses, search.triads)
+
+
+def feature_uses(
+    features: tuple[Features, Features], points: Points, verdicts: Sequence[TriadVerdict]
+) -> tuple[tuple[FeatureUse, ...], tuple[FeatureUse, ...]]:
+    """Return what became of the features of both images.
+
+    Parameters
+    ----------
+    features
+        Features of the left and the right image.
+    points
+        Triangulated points.
+    verdicts
+        Candidate triads, the chosen ones first.
+
+    Returns
+    -------
+    tuple
+        Use of each feature of the left and of the right image.
+    """
+    left, right = (_uses(len(one), side, points, verdicts) for side, one in enumerate(features))
+    return left, right
 
 
 @dataclass(frozen=True, eq=False)
@@ -345,13 +371,13 @@ def _uses(
     count: int,
     side: int,
     points: Points,
-    chosen: Sequence[TriadVerdict],
     verdicts: Sequence[TriadVerdict],
 ) -> tuple[FeatureUse, ...]:
     """Return what became of the features of an image."""
     balls = {
         feature: FeatureUse(k, name, None)
-        for k, verdict in enumerate(chosen)
+        for k, verdict in enumerate(verdicts)
+        if verdict.reason is None
         for feature, name in zip(
             (verdict.left, verdict.right)[side].tolist(), verdict.model.balls, strict=True
         )

@@ -8,7 +8,14 @@ from spinewatch.flags import Flag
 from spinewatch.triads.pose import MeasuredTriad
 
 TRIAD_FLAGS = frozenset(
-    {"ball-occluded", "ball-manual", "triad-incomplete", "triad-count-low", "triad-count-high"}
+    {
+        "ball-occluded",
+        "ball-manual",
+        "triad-incomplete",
+        "triad-doubtful",
+        "triad-count-low",
+        "triad-count-high",
+    }
 )
 """Codes of the flags that follow from the triads alone."""
 
@@ -27,7 +34,8 @@ def triad_flags(triads: Sequence[MeasuredTriad], expected: int | None) -> tuple[
     -------
     tuple of Flag
         "ball-occluded" for each hidden ball, "ball-manual" for each whose centre a person placed, "triad-incomplete"
-        for each triad without a pose, "triad-count-low" or "triad-count-high" for another number than expected.
+        or "triad-doubtful" for each triad without a pose, "triad-count-low" or "triad-count-high" for another number
+        than expected.
 
     Examples
     --------
@@ -72,11 +80,14 @@ def _manual_flags(triads: Sequence[MeasuredTriad]) -> tuple[Flag, ...]:
 
 def _pose_flags(triads: Sequence[MeasuredTriad]) -> tuple[Flag, ...]:
     """Return a flag for each triad without a pose."""
-    return tuple(
-        Flag("triad-incomplete", f"triad {number} along the spine has no pose: {triad.reason}")
-        for number, triad in enumerate(triads, start=1)
-        if triad.pose is None
-    )
+    flags = []
+    for number, triad in enumerate(triads, start=1):
+        detail = f"triad {number} along the spine has no pose: {triad.reason}"
+        if triad.doubtful:
+            flags.append(Flag("triad-doubtful", detail))
+        elif triad.pose is None:
+            flags.append(Flag("triad-incomplete", detail))
+    return tuple(flags)
 
 
 def _count_flags(triads: Sequence[MeasuredTriad], expected: int | None) -> tuple[Flag, ...]:

@@ -14,7 +14,7 @@ from spinewatch.flags import Flag
 from spinewatch.geometry.rotations import vector_from_rotation
 from spinewatch.levels import level_numbers, vertebra_names
 from spinewatch.matching.selection import SpineAxis
-from spinewatch.triads.pose import MeasuredTriad, Pose
+from spinewatch.triads.pose import DOUBTFUL, MeasuredTriad, Pose
 from spinewatch.triads.spacing import SpacingParameters, implausible_spacing
 
 Assignment = tuple[int, ...]
@@ -149,7 +149,8 @@ def label_triads(
     As many triads as labels are labelled by order. If triads are missing, these decide, in this order: kinds of
     markers, the known configuration (H4), and the evenness of gaps. Evenness alone gives no labels if a triad at an end
     may be missing. No triad is labelled if there are more triads than labels, if they do not lie along the spine axis,
-    or if their distances contradict the labels.
+    or if their distances contradict the labels. A doubtful triad has no label and does not count: if it is false, the
+    others would be shifted by one.
 
     Parameters
     ----------
@@ -169,7 +170,7 @@ def label_triads(
     Returns
     -------
     triads : tuple of LabelledTriad
-        The triads in order along the axis, all labelled or none.
+        The triads in order along the axis; those that are not doubtful are all labelled or none.
     flags : tuple of Flag
         "labels-uncertain" if there are triads and labels but no assignment, "levels-implausible" if their distances
         contradict it, "spine-axis-implausible" if the triads do not lie along the axis.
@@ -193,12 +194,29 @@ def label_triads(
     """
     p, known = parameters or LabelParameters(), known or KnownConfiguration()
     names = vertebra_names(labels, extra_levels)
-    ordered = in_order(triads, axis)
+    certain = in_order([triad for triad in triads if not triad.doubtful], axis)
+    labelled, flags = _label_certain(certain, names, axis, p, known, extra_levels)
+    doubtful = [LabelledTriad(None, DOUBTFUL, triad) for triad in triads if triad.doubtful]
+    if not doubtful:
+        return labelled, flags
+    of_triad = {id(triad.triad): triad for triad in (*labelled, *doubtful)}
+    return tuple(of_triad[id(triad)] for triad in in_order(triads, axis)), flags
+
+
+def _label_certain(
+    ordered: list[MeasuredTriad],
+    names: tuple[str, ...],
+    axis: SpineAxis,
+    p: LabelParameters,
+    known: KnownConfiguration,
+    extra_levels: Sequence[str],
+) -> tuple[tuple[LabelledTriad, ...], tuple[Flag, ...]]:
+    """Return the triads that are certain, in order along the axis, with their labels and flags."""
     if problem := _axis_problem(ordered, axis, p):
         return _unlabelled(ordered, problem), (Flag("spine-axis-implausible", problem),)
     assignment, reason = _assign(ordered, names, np.array(level_numbers(names, extra_levels)), p, known)
     if assignment is None:
-        flags = (Flag("labels-uncertain", reason),) if reason and ordered and labels else ()
+        flags = (Flag("labels-uncertain", reason),) if reason and ordered and names else ()
         return _unlabelled(ordered, reason), flags
     if problem := _spacing_problem(assignment, ordered, names, extra_levels, p, known):
         return _unlabelled(ordered, problem), (Flag("levels-implausible", problem),)

@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from spinewatch.imaging.frame import Side
 
 
+DOUBTFUL = "it is doubtful"
+"""How the reason of a triad begins that has no pose because it may be false."""
+
+
 @dataclass(frozen=True, eq=False)
 class Ball:
     """One ball of a marker.
@@ -118,6 +122,10 @@ class MeasuredTriad:
         no measure of accuracy.
     reason
         Why there is no pose; None if there is one.
+    chi2
+        Chi-square of the residuals of its ball images.
+    dof
+        Degrees of freedom of that.
     """
 
     model: str
@@ -125,6 +133,13 @@ class MeasuredTriad:
     pose: Pose | None
     error_mm: float
     reason: str | None = None
+    chi2: float = 0.0
+    dof: int = 0
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether it has no pose because it may be false."""
+        return self.reason is not None and self.reason.startswith(DOUBTFUL)
 
     @property
     def position_mm(self) -> Float:

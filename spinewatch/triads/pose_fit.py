@@ -148,7 +148,8 @@ def _fit_one_model(
         seen = _images_of_balls(features, (index[0][t], index[1][t]))
         balls = _balls(model, seen, points, point[t], pose)
         error = float(np.linalg.norm(_known_distance_errors(points.position_mm, point[t], model)))
-        triads.append(MeasuredTriad(model.name, balls, pose, error, None if pose else NO_POSE))
+        residuals = float(fit.chi2[t]), max(int(fit.dof[t]), 0)
+        triads.append(MeasuredTriad(model.name, balls, pose, error, None if pose else NO_POSE, *residuals))
     return triads
 
 

@@ -24,6 +24,7 @@ from spinewatch.matching.selection import (
     select_triads,
     surplus_triads,
 )
+from spinewatch.triads.doubt import DoubtParameters, triad_evidence, without_doubtful_poses
 from spinewatch.triads.flags import triad_flags
 from spinewatch.triads.occlusion import FreeFeatures, OcclusionParameters, occluded_candidates
 from spinewatch.triads.pose import MeasuredTriad
@@ -46,6 +47,8 @@ class SearchParameters:
         Triads with a hidden ball.
     pose
         Poses of the selected triads.
+    doubt
+        Chance that a triad is false, and its limit.
     """
 
     matching: MatchingParameters = field(default_factory=MatchingParameters)
@@ -53,6 +56,7 @@ class SearchParameters:
     selection: SelectionParameters = field(default_factory=SelectionParameters)
     occlusion: OcclusionParameters = field(default_factory=OcclusionParameters)
     pose: PoseParameters = field(default_factory=PoseParameters)
+    doubt: DoubtParameters = field(default_factory=DoubtParameters)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +68,7 @@ class TriadSearch:
     triads
         Measured triads in order along the spine axis.
     selected
-        Their features and approximate poses, in the same order.
+        Their features, approximate poses and log-odds, in the same order.
     points
         All triangulated points.
     triplets
@@ -124,7 +128,7 @@ def match_triads(  # noqa: PLR0913
     -------
     TriadSearch
         The triads, flagged "ball-occluded" where a ball is hidden, "ball-manual" where a person placed the centre of
-        one, "triad-incomplete" without a pose,
+        one, "triad-incomplete" without a pose, "triad-doubtful" without one because the triad may be false,
         "triad-count-low" if there are fewer than expected (H5), "triad-count-high" if there are more.
 
     Raises
@@ -170,10 +174,12 @@ def match_triads(  # noqa: PLR0913
         occluded = occluded.take(~removed_candidates(occluded, left, right, removed))
         certain = replace(selected, log_odds=np.full(len(selected), p.occlusion.selected_log_odds))
         candidates = TriadCandidates.concatenate([certain, occluded])
-        selected = candidates.take(
-            select_triads(candidates, points, p.selection, expected=expected, axis=axis)
-        )
+        members = select_triads(candidates, points, p.selection, expected=expected, axis=axis)
+        selected = TriadCandidates.concatenate([selected, occluded]).take(members)
     triads = fit_poses(left, right, rig, selected, models, p.pose)
+    if triads and left.visible is not None and right.visible is not None:
+        evidence = triad_evidence(triads, selected, (left, right), points, rig, models, p.selection, axis)
+        triads = without_doubtful_poses(triads, evidence.chances(p.doubt), p.doubt.max_chance)
     return TriadSearch(triads, selected, points, triplets, triad_flags(triads, expected), occluded)
 
 
@@ -190,9 +196,10 @@ def ball_images(search: TriadSearch, left: Features, right: Features) -> tuple[F
     Returns
     -------
     left, right : Features
-        One left and one right feature per ball, in the same order.
+        One left and one right feature per ball of the triads that are not doubtful, in the same order.
     """
-    i = np.concatenate([search.selected.left.ravel(), search.selected.right.ravel()]).reshape(2, -1)
+    selected = _certain(search)
+    i = np.concatenate([selected.left.ravel(), selected.right.ravel()]).reshape(2, -1)
     i = i[:, np.all(i != HIDDEN, axis=0)]
     return left.take(i[0]), right.take(i[1])
 
@@ -212,15 +219,21 @@ def marker_balls(search: TriadSearch, models: Sequence[TriadModel]) -> MarkerBal
     MarkerBalls
         Markers of the balls in the order of `ball_images`, with the distances of triads in full view.
     """
-    in_both = (search.selected.left != HIDDEN) & (search.selected.right != HIDDEN)
+    selected = _certain(search)
+    in_both = (selected.left != HIDDEN) & (selected.right != HIDDEN)
     number = np.cumsum(in_both).reshape(in_both.shape) - 1
-    used = [models[index] for index in search.selected.model]
+    used = [models[index] for index in selected.model]
     full = [t for t, model in enumerate(used) if in_both[t, : len(model.balls)].all()]
     return MarkerBalls(
         np.nonzero(in_both)[0],
         np.concatenate([np.empty((0, 2), dtype=np.intp), *(number[t][used[t].pairs] for t in full)]),
         np.concatenate([np.empty(0), *(used[t].distances_mm for t in full)]),
     )
+
+
+def _certain(search: TriadSearch) -> TriadCandidates:
+    """Return the selected triads that are not doubtful."""
+    return search.selected.take(np.flatnonzero([not triad.doubtful for triad in search.triads]))
 
 
 def _free_features(

@@ -117,6 +117,23 @@ def test_correct_deviations_score_one() -> None:
     assert small["within95_pct"] < 70
 
 
+def test_bars_are_missed_by_errors_and_say_where_the_sample_is_too_small() -> None:
+    scene = sample("PRE")
+    good = score_stage(scene, stage(scene, [measured(t, shift_mm=0.1) for t in scene.triads]), 1.0)
+    far = score_stage(scene, stage(scene, [measured(t, shift_mm=0.4) for t in scene.triads]), 1.0)
+    few, many, off = (
+        {bar.promise: bar for bar in scenes.scene_bars(summary(scores, []))}
+        for scores in ([good], [good] * 15, [far] * 15)
+    )
+    position, covered = "P <= 0.25 mm RMS", "95% regions of P and rotation cover 90 to 98%"
+    assert few[position].holds
+    assert "not judged: 4 of at least 8" in few[position].reached
+    assert "not judged" in few[covered].reached
+    assert many[position].holds
+    assert not many[covered].holds
+    assert not off[position].holds
+
+
 def test_scenes_check_passes_on_the_sample(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert scenes.main([str(SAMPLES), "--check", "--json", str(tmp_path / "figures.json")]) == 0
     out = capsys.readouterr().out

@@ -148,3 +148,21 @@ def test_a_hot_pixel_is_named(detector: BallDetector) -> None:
     flags = detector.detect(left, Frame(twelve, "right"))[1].flags
     assert [flag.code for flag in flags] == ["pixel-defect"]
     assert "u = 60, v = 40" in flags[0].detail
+
+
+def test_a_second_look_finds_balls_near_their_places_and_leaves_the_others(detector: BallDetector) -> None:
+    frames, truth = pair("PRE"), json.loads((D1 / "PRE" / "truth.json").read_text())
+    found, reduced, places = detector.detect(*frames), [], []
+    for side, detection in zip(SIDES, found, strict=True):
+        ball = np.array(truth["triads"][0]["balls"]["YY"][side]["center_px"])
+        far = np.linalg.norm(detection.features.xy_px - ball, axis=1) > 4
+        reduced.append(replace(detection, features=detection.features.take(np.flatnonzero(far))))
+        places.append(ball + np.array([[2.0, -1.0], [40.0, 60.0]]))
+    again = detector.look_again(frames, (reduced[0], reduced[1]), (places[0], places[1]))
+    for side, before, after in zip(SIDES, reduced, again, strict=True):
+        ball = np.array(truth["triads"][0]["balls"]["YY"][side]["center_px"])
+        assert np.linalg.norm(after.features.xy_px - ball, axis=1).min() < 1
+        assert len(after.features) <= CentreParameters().n_kept
+        assert np.all(np.diff(after.features.score) <= 0)
+        best = before.features.xy_px[: CentreParameters().n_refined]
+        assert all(np.any(np.all(xy == after.features.xy_px, axis=1)) for xy in best)

@@ -7,7 +7,7 @@ import pytest
 from spinewatch.geometry.rotations import rotation_from_vector
 from spinewatch.levels import LevelError
 from spinewatch.triads.labels import KnownConfiguration, LabelParameters, label_triads
-from spinewatch.triads.pose import Ball, MeasuredTriad, Pose
+from spinewatch.triads.pose import DOUBTFUL, Ball, MeasuredTriad, Pose
 
 LABELS = ("L1", "T11", "T9", "T7")
 
@@ -147,6 +147,17 @@ def test_a_triad_without_a_pose_counts_in_the_order() -> None:
     labelled, _ = label_triads(triads, LABELS)
     assert [t.label for t in labelled] == list(LABELS)
     assert labelled[1].triad.pose is None
+
+
+def test_a_doubtful_triad_has_no_label_and_shifts_none() -> None:
+    ball = Ball(np.array([52.0, 3, 0]), np.eye(3), np.zeros(2), np.zeros(2), 0.1)
+    doubtful = MeasuredTriad("flat", {"XX": ball}, None, 0.0, f"{DOUBTFUL}: 30%")
+    labelled, flags = label_triads([*chain(0, 98, 151), doubtful], LABELS)
+    assert [t.label for t in labelled] == ["L1", None, "T9", "T7"]
+    assert (labelled[1].label_reason, flags) == (DOUBTFUL, ())
+    labelled, flags = label_triads([*chain(0, 150), doubtful], LABELS)
+    assert [t.label for t in labelled] == [None] * 3
+    assert [flag.code for flag in flags] == ["labels-uncertain"]
 
 
 def test_a_marker_that_was_clamped_again_does_not_prevent_labels() -> None:

@@ -10,6 +10,7 @@ const ERRORS = [
   "image-damaged",
   "image-negative",
   "triad-incomplete",
+  "triad-doubtful",
   "labels-uncertain",
   "calibration-drift",
   "triad-count-high",
