@@ -9,7 +9,10 @@ from dataclasses import dataclass
 from sqlalchemy import func, select
 
 from bench.load_service import LoadService
-from store.tables import STAGE_JOB, Event, FeatureList, Job, Measurement, Stage
+from store.tables.events import Event
+from store.tables.jobs import STAGE_JOB, Job
+from store.tables.measurements import FeatureList, Measurement
+from store.tables.stages import Stage
 
 _MEASURED = "stage:measured"
 _SIDES = 2

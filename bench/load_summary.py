@@ -43,7 +43,9 @@ from store.database import Database
 from store.images import NewImage
 from store.spines import ComputedSpine
 from store.stage_submission import NewStage
-from store.tables import Image, Job, Stage
+from store.tables.images import Image
+from store.tables.jobs import Job
+from store.tables.stages import Stage
 
 SURGERIES = 1000
 STAGES = 10

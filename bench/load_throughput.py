@@ -28,7 +28,7 @@ from store import calibrations, stage_submission, surgeries
 from store.clock import utc_now
 from store.images import NewImage
 from store.stage_submission import NewStage
-from store.tables import STAGE_JOB, Job
+from store.tables.jobs import STAGE_JOB, Job
 
 PAIRS = 120
 ROUNDS = 3

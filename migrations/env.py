@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from alembic import context
 
-from store.tables import Base
+from store.tables.base import Base
 
 context.configure(
     connection=context.config.attributes["connection"],

@@ -8,18 +8,12 @@ from typing import Any
 
 from contract.spine import Curve, MeasureValue, SpineChange, StageSpine
 from contract.summary import SummaryStage, SurgerySummary
+from reports.attribution_table import attribution_table
+from reports.headlines import Headline, headlines
+from reports.measure_tables import measure_tables
 from reports.rendering import render
 from reports.spine_drawing import Drawing, Side, draw
-from reports.surgery_tables import (
-    Headline,
-    attribution_table,
-    headlines,
-    measure_tables,
-    motion_table,
-    not_drawn,
-    remaining_table,
-    vertebra_table,
-)
+from reports.vertebra_tables import motion_table, not_drawn, remaining_table, vertebra_table
 from spinewatch.flags import FLAGS
 from spinewatch.spine.definitions import DEFINITIONS, MeasureDefinition
 

@@ -203,7 +203,7 @@ def _identify(database: Database, credential: _Credential, now: datetime) -> Pri
         raise
 
 
-def _principal(key: tables.ApiKey, expires_at: datetime | None, token: str | None) -> Principal:
+def _principal(key: tables.access.ApiKey, expires_at: datetime | None, token: str | None) -> Principal:
     scopes = frozenset(contract.key.Scope(scope) for scope in key.scopes)
     return Principal(key.prefix, key.name, scopes, expires_at, token)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from http import HTTPStatus
 from typing import Any, cast
@@ -53,6 +54,20 @@ class LimitedConfig(Config):
     limits: ConnectionLimits
 
 
+class _LingeringTransport:
+    """A transport whose ``close`` does nothing while the connection lingers."""
+
+    def __init__(self, transport: asyncio.Transport, lingers: Callable[[], bool]) -> None:
+        self._transport, self._lingers = transport, lingers
+
+    def close(self) -> None:
+        if not self._lingers():
+            self._transport.close()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._transport, name)
+
+
 class LimitedConnection(H11Protocol):
     """A connection that ends when its client is too slow, and makes room for others while it waits for its client.
 
@@ -86,6 +101,7 @@ class LimitedConnection(H11Protocol):
                 min(waiting, key=lambda other: (not other.is_idle, other._waiting_since)).end()
                 full = False
         super().connection_made(transport)
+        self.transport = cast("asyncio.Transport", _LingeringTransport(transport, self._lingers))
         if full:
             self.refuse(503, "all connections are in use; try again")
 
@@ -153,13 +169,28 @@ class LimitedConnection(H11Protocol):
             self.end()
             return
         self.transport.write(answer)
-        if not self.transport.can_write_eof():
+        if not self._end_output():
             self.transport.close()
-            return
+
+    def _lingers(self) -> bool:
+        """Return whether the connection stays open for a while, since its request was answered before its body came."""
+        if self._ended_since is not None or self.conn.their_state is not h11.SEND_BODY:
+            return False
+        self._ended_since = self.loop.time()
+        return self._end_output()
+
+    def _end_output(self) -> bool:
+        """End the output alone, for a close while the client still sends could take the answer from it.
+
+        Return whether that is possible.
+        """
+        if not self.transport.can_write_eof():
+            return False
         try:
-            self.transport.write_eof()  # a close while the client still sends could take the answer from it
+            self.transport.write_eof()
         except OSError:  # the client has closed already
             self.end()
+        return True
 
     def end(self) -> None:
         """End the connection at once."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Annotated, Any, get_args, get_origin
 
 from fastapi import UploadFile
@@ -16,6 +17,9 @@ from starlette.routing import BaseRoute
 
 SCOPE_KEY = "spinewatch.route"
 """Key of a request's scope under which its ``DeclaredRoute`` lies."""
+
+_KEPT_PATHS = 64
+"""Paths whose routes are kept; a path is at most as long as a request line."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +45,7 @@ class DeclaredRoutes:
         self._routes: list[tuple[re.Pattern[str], DeclaredRoute]] = [
             (route.path_regex, _declared(route)) for route in routes if isinstance(route, APIRoute)
         ]
+        self._at = lru_cache(_KEPT_PATHS)(self._found)  # several parts of one request ask for the same path
 
     def find(self, method: str, path: str) -> DeclaredRoute | None:
         """Return the route of a request, or None; HEAD is answered as GET."""
@@ -56,11 +61,11 @@ class DeclaredRoutes:
         """Return the declared path that matches, such as /v1/surgeries/{surgery_id}, whatever the method."""
         return next((route.path for route in self._at(path)), None)
 
-    def _at(self, path: str) -> Iterator[DeclaredRoute]:
+    def _found(self, path: str) -> tuple[DeclaredRoute, ...]:
         """Return the routes at a path: of two declared ones, that with fewer parameters is meant."""
         found = [route for pattern, route in self._routes if pattern.match(path)]
         fewest = min((route.path.count("{") for route in found), default=0)
-        return (route for route in found if route.path.count("{") == fewest)
+        return tuple(route for route in found if route.path.count("{") == fewest)
 
 
 def _declared(route: APIRoute) -> DeclaredRoute:

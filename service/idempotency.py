@@ -29,7 +29,7 @@ from store.clock import utc_now
 from store.database import Database
 from store.errors import ConflictError
 from store.idempotency import Answer, KeyUse
-from store.tables import Job
+from store.tables.jobs import Job
 
 REPLAYED = "Idempotency-Replayed"
 """Header of an answer that was given before."""

@@ -25,12 +25,12 @@ FILE_RESPONSES: dict[int | str, dict[str, Any]] = {
 }
 
 
-def image_pair(left: tables.Image, right: tables.Image) -> ImagePair:
+def image_pair(left: tables.images.Image, right: tables.images.Image) -> ImagePair:
     """Return the model of two rows."""
     return ImagePair(left=image_of(left), right=image_of(right))
 
 
-def file_response(session: Session, image: tables.Image, if_none_match: str | None) -> Response:
+def file_response(session: Session, image: tables.images.Image, if_none_match: str | None) -> Response:
     """Return the stored file with its SHA-256 as the ETag, or 304 if the client has it."""
     headers = {"ETag": f'"{image.sha256}"', "X-Content-Type-Options": "nosniff"}
     if if_none_match and image.sha256 in if_none_match:
@@ -38,7 +38,7 @@ def file_response(session: Session, image: tables.Image, if_none_match: str | No
     return Response(images.content(session, image.sha256), media_type=image.media_type, headers=headers)
 
 
-def image_of(row: tables.Image) -> Image:
+def image_of(row: tables.images.Image) -> Image:
     """Return the model of a row."""
     return Image(
         sha256=row.sha256,

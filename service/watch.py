@@ -1,4 +1,4 @@
-"""One look at the database for all clients that wait, whatever their number, soon after each commit."""
+"""One look at the database for all clients that wait, whatever their number, soon after each event."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from store.clock import utc_now
 from store.database import Database
 
 _TICK_S = 0.008
-"""Time between two questions whether anything was committed."""
+"""Time between two questions whether an event was committed."""
 _BLIND_TICK_S = 0.05
 """Time between looks at a database that does not tell."""
 _LONGEST_S = 1.0
@@ -128,7 +128,7 @@ class Watch:
 
     @contextmanager
     def _waiting(self, admission: Admission) -> Iterator[None]:
-        """Look at the database at once, and after each commit while the context lasts."""
+        """Look at the database at once, and after each event while the context lasts."""
         self._admissions[admission] += 1
         self._asked = True
         if self._task is None:

@@ -10,7 +10,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from store import keys
-from store.tables import ApiKey, ApiSession
+from store.tables.access import ApiKey, ApiSession
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 
 from contract.audit import AuditEvent
 from store.events import FIRST_HASH, chained_hash
-from store.tables import Event
+from store.tables.events import Event
 
 _BATCH = 1000
 

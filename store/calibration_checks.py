@@ -8,7 +8,9 @@ from sqlalchemy.orm import Session, contains_eager
 from contract.calibration_check import ChecksSummary
 from contract.stage import MarkerScale
 from store.page import Page, PageRequest, page_of
-from store.tables import Measurement, Stage, Tombstone
+from store.tables.measurements import Measurement
+from store.tables.stages import Stage
+from store.tables.surgeries import Tombstone
 
 OLD, DRIFTED, REFINED = "calibration-old", "calibration-drift", "rig-refined"
 CALIBRATION_FLAGS = frozenset({OLD, DRIFTED, REFINED})

@@ -14,7 +14,9 @@ from sqlalchemy.orm.attributes import set_committed_value
 from contract.event import Actor
 from store import events, images, jobs
 from store.images import NewImage
-from store.tables import CALIBRATION_JOB, CalibrationRequest, CalibrationShot, Document
+from store.tables.base import Document
+from store.tables.calibrations import CalibrationRequest, CalibrationShot
+from store.tables.jobs import CALIBRATION_JOB
 
 
 @dataclass(frozen=True)

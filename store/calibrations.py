@@ -16,7 +16,8 @@ from spinewatch.rig_files.rig_json import rig_to_dict
 from store import events
 from store.errors import NotFoundError, ReportNotFoundError
 from store.page import Page, PageRequest, created_within, page_of
-from store.tables import Calibration, CalibrationReport, CalibrationRequest, CalibrationShot, Stage
+from store.tables.calibrations import Calibration, CalibrationReport, CalibrationRequest, CalibrationShot
+from store.tables.stages import Stage
 
 
 def add(

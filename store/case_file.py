@@ -21,7 +21,11 @@ from sqlalchemy.orm import Session
 
 from store import audit, images, retention
 from store.errors import ExportFileError, NotFoundError
-from store.tables import Base, Image, Job, SentImage, Stage, Surgery
+from store.tables.base import Base
+from store.tables.images import Image, SentImage
+from store.tables.jobs import Job
+from store.tables.stages import Stage
+from store.tables.surgeries import Surgery
 
 FORMAT = "spinewatch-case"
 _MANIFEST = "manifest.json"

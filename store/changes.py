@@ -12,7 +12,10 @@ from contract.change import Change, Changes
 from contract.event import Outcome
 from contract.job import FINAL_STATES
 from store.events import Action
-from store.tables import Event, Job, Stage, Tombstone
+from store.tables.events import Event
+from store.tables.jobs import Job
+from store.tables.stages import Stage
+from store.tables.surgeries import Tombstone
 
 KINDS = ("calibration", "job", "radiograph", "spine", "stage", "surgery")
 """Kinds of what is changed; the actions of other kinds are for administrators only."""

@@ -111,7 +111,7 @@ class Database:
         return not busy
 
     def commits(self) -> Commits:
-        """Return what tells whether anything was committed.
+        """Return what tells whether an event was committed.
 
         Returns
         -------

@@ -18,7 +18,7 @@ from sqlalchemy import insert, select
 from sqlalchemy.orm import Session
 
 from contract.event import Actor, Outcome
-from store.tables import Event
+from store.tables.events import Event
 
 FIRST_HASH = "0" * 64
 """What the first event is chained to."""

@@ -11,7 +11,10 @@ from sqlalchemy.orm import Session
 
 from contract.job import JobState
 from store.processes import database_time
-from store.tables import Calibration, Job, Measurement, Stage
+from store.tables.calibrations import Calibration
+from store.tables.jobs import Job
+from store.tables.measurements import Measurement
+from store.tables.stages import Stage
 
 MAX_CALIBRATIONS = 10
 """Calibrations, the newest, whose drift is reported."""

@@ -10,7 +10,7 @@ from sqlalchemy import delete
 from sqlalchemy.orm import Session
 
 from spinewatch.errors import SpinewatchError
-from store.tables import IdempotencyKey
+from store.tables.access import IdempotencyKey
 
 LIFETIME = timedelta(hours=24)
 """Time after which a key may be used for another request."""

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from spinewatch.imaging.header import ImageHeader
 from store.errors import ImageDamagedError
-from store.tables import Image, SentImage
+from store.tables.images import Image, SentImage
 
 
 @dataclass(frozen=True)

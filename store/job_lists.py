@@ -9,7 +9,8 @@ from sqlalchemy.orm import Session, joinedload
 
 from contract.job import JobState
 from store.page import Page, PageRequest, created_within, page_of
-from store.tables import Job, Tombstone
+from store.tables.jobs import Job
+from store.tables.surgeries import Tombstone
 
 
 def listed(

@@ -17,7 +17,7 @@ from contract.key import NewKey
 from store import events
 from store.errors import NotFoundError
 from store.page import Page, PageRequest, page_of
-from store.tables import ApiKey
+from store.tables.access import ApiKey
 
 LAST_USE_STEP = timedelta(minutes=1)
 """Uses of a key within this time of the stored one are not stored."""

@@ -18,7 +18,8 @@ from contract.triad import Triad
 from spinewatch.triads.pose import Pose
 from store import events, pair_results, stages, tables
 from store.errors import StageNotMeasuredError
-from store.tables import FeatureList, Measurement, Stage
+from store.tables.measurements import FeatureList, Measurement
+from store.tables.stages import Stage
 
 
 @dataclass(frozen=True)
@@ -61,12 +62,12 @@ def add(session: Session, stage_id: str, measured: MeasuredStage, now: datetime,
             result=document,
             created_at=now,
             features=[FeatureList(side=side, count=len(p), points=p) for side, p in features.items()],
-            burst=None if burst is None else tables.Burst(burst=burst),
+            burst=None if burst is None else tables.measurements.Burst(burst=burst),
         )
     )
     session.flush()
     session.add_all(
-        tables.Triad(stage_id=stage_id, position=position, label=triad["label"], triad=triad)
+        tables.measurements.Triad(stage_id=stage_id, position=position, label=triad["label"], triad=triad)
         for position, triad in enumerate(triads)
     )
     pair_results.add(session, stage_id, measured.pairs)
@@ -124,8 +125,11 @@ def triads(session: Session, stage_id: str) -> list[Triad]:
     list of Triad
         In the order of the measurement.
     """
-    query = select(tables.Triad.triad).where(tables.Triad.stage_id == stage_id)
-    return [Triad.model_validate(triad) for triad in session.scalars(query.order_by(tables.Triad.position))]
+    query = select(tables.measurements.Triad.triad).where(tables.measurements.Triad.stage_id == stage_id)
+    return [
+        Triad.model_validate(triad)
+        for triad in session.scalars(query.order_by(tables.measurements.Triad.position))
+    ]
 
 
 def features(session: Session, stage_id: str) -> FeaturePair:
@@ -162,7 +166,7 @@ def burst(session: Session, stage_id: str) -> Burst | None:
     Burst or None
         The burst; None for a stage of a single pair.
     """
-    row = session.get(tables.Burst, stage_id)
+    row = session.get(tables.measurements.Burst, stage_id)
     return None if row is None else Burst.model_validate(row.burst)
 
 

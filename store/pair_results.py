@@ -11,7 +11,8 @@ from sqlalchemy.orm import Session, undefer
 from contract.pair_result import PairFeatures, PairResult
 from store import tables
 from store.errors import NotFoundError
-from store.tables import FeatureList, Measurement, Stage
+from store.tables.measurements import FeatureList, Measurement
+from store.tables.stages import Stage
 
 _LEVEL = 6
 
@@ -29,7 +30,7 @@ def add(session: Session, stage_id: str, pairs: Sequence[PairResult]) -> None:
         The pairs, in the order in which they were taken.
     """
     session.add_all(
-        tables.PairResult(stage_id=stage_id, pair=number, content=_packed(pair))
+        tables.measurements.PairResult(stage_id=stage_id, pair=number, content=_packed(pair))
         for number, pair in enumerate(pairs, start=1)
     )
 
@@ -51,7 +52,11 @@ def find(session: Session, stage_id: str, pair: int) -> PairResult | None:
     PairResult or None
         The features and the explanation; None for a stage that an earlier version measured.
     """
-    row = session.get(tables.PairResult, (stage_id, pair), options=[undefer(tables.PairResult.content)])
+    row = session.get(
+        tables.measurements.PairResult,
+        (stage_id, pair),
+        options=[undefer(tables.measurements.PairResult.content)],
+    )
     return None if row is None else _unpacked(row)
 
 
@@ -70,8 +75,12 @@ def all_of(session: Session, stage_id: str) -> tuple[PairResult, ...]:
     tuple of PairResult
         In the order in which they were taken; empty for a stage that an earlier version measured.
     """
-    query = select(tables.PairResult).where(tables.PairResult.stage_id == stage_id)
-    rows = session.scalars(query.order_by(tables.PairResult.pair).options(undefer(tables.PairResult.content)))
+    query = select(tables.measurements.PairResult).where(tables.measurements.PairResult.stage_id == stage_id)
+    rows = session.scalars(
+        query.order_by(tables.measurements.PairResult.pair).options(
+            undefer(tables.measurements.PairResult.content)
+        )
+    )
     return tuple(map(_unpacked, rows))
 
 
@@ -136,5 +145,5 @@ def _packed(pair: PairResult) -> bytes:
     return zlib.compress(pair.model_dump_json().encode(), _LEVEL)
 
 
-def _unpacked(row: tables.PairResult) -> PairResult:
+def _unpacked(row: tables.measurements.PairResult) -> PairResult:
     return PairResult.model_validate_json(zlib.decompress(row.content))

@@ -9,7 +9,7 @@ from sqlalchemy import delete, func, select
 from sqlalchemy.orm import Session
 
 from store.clock import utc_now
-from store.tables import Process
+from store.tables.processes import Process
 
 REPORT_SECONDS = 2.0
 """Time between two reports of a process."""

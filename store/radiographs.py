@@ -17,7 +17,7 @@ from store import events, images, surgeries
 from store.errors import NotFoundError
 from store.images import NewImage
 from store.page import Page, PageRequest, page_of
-from store.tables import Radiograph
+from store.tables.spines import Radiograph
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,8 @@ from contract.event import Actor
 from contract.job import FINAL_STATES
 from contract.revision import Relabelling
 from store import stage_submission, stage_work, stages
-from store.tables import Measurement, Stage
+from store.tables.measurements import Measurement
+from store.tables.stages import Stage
 
 
 def submit(session: Session, surgery_id: str, now: datetime, actor: Actor) -> tuple[str, ...]:

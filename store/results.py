@@ -6,7 +6,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session, undefer
 
 from contract.stage import StageResult
-from store.tables import Burst, FeatureList, Measurement, Triad
+from store.tables.measurements import Burst, FeatureList, Measurement, Triad
 
 
 def whole(session: Session, stage_id: str) -> StageResult:

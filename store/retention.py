@@ -21,21 +21,14 @@ from contract.job import FINAL_STATES
 from store import events, jobs
 from store.database import Database, sqlite_path
 from store.errors import NotFoundError, SurgeryDeletedError
-from store.tables import (
-    Base,
-    CalibrationShot,
-    FurtherPair,
-    IdempotencyKey,
-    Image,
-    Job,
-    Purge,
-    PurgedImage,
-    Radiograph,
-    SentImage,
-    Stage,
-    Surgery,
-    Tombstone,
-)
+from store.tables.access import IdempotencyKey
+from store.tables.base import Base
+from store.tables.calibrations import CalibrationShot
+from store.tables.images import Image, SentImage
+from store.tables.jobs import Job
+from store.tables.spines import Radiograph
+from store.tables.stages import FurtherPair, Stage
+from store.tables.surgeries import Purge, PurgedImage, Surgery, Tombstone
 
 _KEPT = frozenset({"events", "tombstones", "purges", "purged_images"})
 """Tables that a purge removes nothing from."""

@@ -9,7 +9,7 @@ from store.database import Database, sqlite_path
 from store.errors import DatabaseNotReadyError
 
 REVISION = "0018"
-"""The migration that makes the tables of store/tables.py."""
+"""The migration that makes the tables of store/tables/."""
 
 _ADVICE = "run: spinewatch db upgrade"
 

@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session, joinedload
 
 from contract.event import Actor
 from store import events, keys
-from store.tables import ApiKey, ApiSession
+from store.tables.access import ApiKey, ApiSession
 
 MAX_SESSIONS = 100
 """Sessions of one key at a time; a further one ends the oldest."""

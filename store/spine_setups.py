@@ -50,7 +50,7 @@ def put(session: Session, surgery_id: str, setup: SpineSetup, now: datetime, act
         return False
     revision = 1 if latest is None else latest.revision + 1
     session.add(
-        tables.SpineSetup(surgery_id=surgery_id, revision=revision, document=document, created_at=now)
+        tables.spines.SpineSetup(surgery_id=surgery_id, revision=revision, document=document, created_at=now)
     )
     session.flush()
     events.append(session, now, actor, events.Action.SPINE_CONFIGURED, surgery_id, surgery_id)
@@ -126,8 +126,8 @@ def revisions(session: Session, surgery_id: str) -> list[SetupRevision]:
         There is no such surgery.
     """
     surgeries.get(session, surgery_id)
-    query = select(tables.SpineSetup).where(tables.SpineSetup.surgery_id == surgery_id)
-    rows = session.scalars(query.order_by(tables.SpineSetup.revision)).all()
+    query = select(tables.spines.SpineSetup).where(tables.spines.SpineSetup.surgery_id == surgery_id)
+    rows = session.scalars(query.order_by(tables.spines.SpineSetup.revision)).all()
     known = rebaselines(session, surgery_id)
     actors = _actors(session, surgery_id)
     ends = [row.created_at for row in rows[1:]]
@@ -161,8 +161,8 @@ def context(session: Session, surgery_id: str) -> SurgeryContext:
         There is no such surgery.
     """
     surgery = surgeries.get(session, surgery_id)
-    stages = select(tables.Stage.name).where(tables.Stage.surgery_id == surgery_id)
-    names = session.scalars(stages.order_by(tables.Stage.created_at, tables.Stage.id))
+    stages = select(tables.stages.Stage.name).where(tables.stages.Stage.surgery_id == surgery_id)
+    names = session.scalars(stages.order_by(tables.stages.Stage.created_at, tables.stages.Stage.id))
     return SurgeryContext(
         vertebrae=surgery.vertebrae,
         reference_vertebra=surgery.reference_vertebra,
@@ -187,8 +187,10 @@ def rebaselines(session: Session, surgery_id: str) -> list[StoredRebaseline]:
     list of StoredRebaseline
         In the order in which they were stored.
     """
-    query = select(tables.SpineRebaseline).where(tables.SpineRebaseline.surgery_id == surgery_id)
-    rows = session.scalars(query.order_by(tables.SpineRebaseline.position))
+    query = select(tables.spines.SpineRebaseline).where(
+        tables.spines.SpineRebaseline.surgery_id == surgery_id
+    )
+    rows = session.scalars(query.order_by(tables.spines.SpineRebaseline.position))
     return [StoredRebaseline.model_validate(row) for row in rows]
 
 
@@ -227,7 +229,7 @@ def add_rebaseline(
             f"the marker of {new.vertebra} was stored as clamped again before stage {new.after} already;"
             " nothing is left to do"
         )
-    row = tables.SpineRebaseline(
+    row = tables.spines.SpineRebaseline(
         surgery_id=surgery_id, position=len(known), **new.model_dump(), created_at=now
     )
     session.add(row)
@@ -238,23 +240,26 @@ def add_rebaseline(
 
 def _lock(session: Session, surgery_id: str) -> None:
     """Let one transaction at a time count on from the latest revision or marker."""
-    session.scalars(select(tables.Surgery.id).where(tables.Surgery.id == surgery_id).with_for_update()).one()
+    session.scalars(
+        select(tables.surgeries.Surgery.id).where(tables.surgeries.Surgery.id == surgery_id).with_for_update()
+    ).one()
 
 
-def _latest(session: Session, surgery_id: str) -> tables.SpineSetup | None:
-    query = select(tables.SpineSetup).where(tables.SpineSetup.surgery_id == surgery_id)
-    return session.scalars(query.order_by(tables.SpineSetup.revision.desc()).limit(1)).one_or_none()
+def _latest(session: Session, surgery_id: str) -> tables.spines.SpineSetup | None:
+    query = select(tables.spines.SpineSetup).where(tables.spines.SpineSetup.surgery_id == surgery_id)
+    return session.scalars(query.order_by(tables.spines.SpineSetup.revision.desc()).limit(1)).one_or_none()
 
 
 def _actors(session: Session, surgery_id: str) -> dict[datetime, str]:
     """Return who stored a setup of a surgery, by the time of it, which setup and event share."""
-    query = select(tables.Event.at, tables.Event.actor_name).where(
-        tables.Event.surgery_id == surgery_id, tables.Event.action == events.Action.SPINE_CONFIGURED
+    query = select(tables.events.Event.at, tables.events.Event.actor_name).where(
+        tables.events.Event.surgery_id == surgery_id,
+        tables.events.Event.action == events.Action.SPINE_CONFIGURED,
     )
     return {row.at: row.actor_name for row in session.execute(query)}
 
 
-def _stored(row: tables.SpineSetup, known: Sequence[StoredRebaseline]) -> StoredSpineSetup:
+def _stored(row: tables.spines.SpineSetup, known: Sequence[StoredRebaseline]) -> StoredSpineSetup:
     return StoredSpineSetup(
         surgery_id=row.surgery_id,
         revision=row.revision,

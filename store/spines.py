@@ -27,7 +27,11 @@ from spinewatch.spine.stage_order import comparisons
 from spinewatch.triads.pose import Pose
 from store import events, jobs, measurements, radiographs, spine_setups, stages, surgeries
 from store.errors import SpineNotAvailableError, SpineNotReadyError
-from store.tables import SPINE_JOB, Job, Spine, SpineSetup, Stage, Surgery, Triad
+from store.tables.jobs import SPINE_JOB, Job
+from store.tables.measurements import Triad
+from store.tables.spines import Spine, SpineSetup
+from store.tables.stages import Stage
+from store.tables.surgeries import Surgery
 
 
 @dataclass(frozen=True)

@@ -10,14 +10,21 @@ from uuid import uuid4
 from sqlalchemy.orm import Session, joinedload
 from sqlalchemy.orm.attributes import set_committed_value
 
+import contract.measuring
 import contract.revision
 from contract.event import Actor
 from contract.job import FINAL_STATES, JobState
 from store import events, images, jobs, stages
 from store.errors import StageExistsError, StageNotMeasuredError, TakeSupersededError
 from store.images import NewImage
-from store.stages import sha256_by_side
-from store.tables import STAGE_JOB, Calibration, FurtherPair, Stage, Surgery
+from store.stages import measuring_of, sha256_by_side
+from store.tables.calibrations import Calibration
+from store.tables.jobs import STAGE_JOB
+from store.tables.stages import FurtherPair, Stage
+from store.tables.surgeries import Surgery
+
+_OWN_CHOICE = contract.measuring.Measuring()
+"""Nothing is stated: the workers choose."""
 
 _REPLACEABLE = frozenset({JobState.FAILED, JobState.CANCELLED})
 
@@ -56,6 +63,8 @@ class NewStage:
         When each was exposed, None when unknown.
     further
         The other pairs of the burst, in the order in which they were taken.
+    measuring
+        What is known of the pairs, and how they are measured.
     """
 
     name: str
@@ -65,10 +74,11 @@ class NewStage:
     left_exposed_at: datetime | None = None
     right_exposed_at: datetime | None = None
     further: Sequence[NewPair] = ()
+    measuring: contract.measuring.Measuring = _OWN_CHOICE
 
 
 def find_same(session: Session, surgery: Surgery, calibration: Calibration, new: NewStage) -> Stage | None:
-    """Return the latest take of a name if it has the same images, in the same order, and the same calibration.
+    """Return the latest take of a name if it has the same images in the same order, calibration and measuring.
 
     Parameters
     ----------
@@ -79,7 +89,7 @@ def find_same(session: Session, surgery: Surgery, calibration: Calibration, new:
     calibration
         The calibration that the images were taken with.
     new
-        The stereo pair, or the burst.
+        The stereo pair, or the burst, and how it is measured.
 
     Returns
     -------
@@ -92,7 +102,8 @@ def find_same(session: Session, surgery: Surgery, calibration: Calibration, new:
     stored = [sha256_by_side(latest), *map(sha256_by_side, latest.further_pairs)]
     pairs = [(new.left, new.right), *((pair.left, pair.right) for pair in new.further)]
     sent = [{"left": left.sha256, "right": right.sha256} for left, right in pairs]
-    return latest if stored == sent else None
+    same_way = measuring_of(session, latest) == new.measuring
+    return latest if stored == sent and same_way else None
 
 
 def submit(
@@ -153,6 +164,7 @@ def submit(
         left_exposed_at=new.left_exposed_at,
         right_exposed_at=new.right_exposed_at,
         created_at=now,
+        changes=None if new.measuring == _OWN_CHOICE else new.measuring.model_dump(mode="json"),
         measurement=None,
         further_pairs=[
             FurtherPair(

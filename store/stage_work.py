@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 
 from pydantic import TypeAdapter
 from sqlalchemy import Select, and_, or_, select
 from sqlalchemy.orm import Session, joinedload, selectinload
 
+import contract.measuring
 import contract.revision
 import contract.triad
 from contract.job import FINAL_STATES, JobState
@@ -18,12 +19,10 @@ from spinewatch.triads.pose import Pose
 from store import calibrations, images, pair_results, results
 from store.errors import ImageDamagedError
 from store.measurements import MeasuredStage
-from store.stages import sha256_by_side
-from store.tables import (
-    Document,
-    Stage,
-    Triad,
-)
+from store.stages import measuring_of, sha256_by_side
+from store.tables.base import Document
+from store.tables.measurements import Triad
+from store.tables.stages import Stage
 
 
 @dataclass(frozen=True)
@@ -140,6 +139,8 @@ class StageWork:
         Job of the latest of the earlier stages that may yet be ``labelled``; None if that is decided.
     revision
         What is changed of an earlier take of the stage; None for a take with images of its own.
+    measuring
+        What is known of the pairs, and how they are measured, as it was sent with the images.
     """
 
     left: bytes
@@ -163,6 +164,7 @@ class StageWork:
     labelled: LabelledStage | None = None
     unended_job: str | None = None
     revision: RevisionWork | None = None
+    measuring: contract.measuring.Measuring = field(default_factory=contract.measuring.Measuring)
 
     @property
     def pairs(self) -> tuple[PairWork, ...]:
@@ -222,6 +224,7 @@ def work(session: Session, stage_id: str, max_loaded: int = 0) -> StageWork:
         labelled=labelled,
         unended_job=unended_job,
         revision=_revision(session, stage),
+        measuring=measuring_of(session, stage),
     )
 
 

@@ -9,18 +9,16 @@ from sqlalchemy import Select, select
 from sqlalchemy.orm import Session, aliased, joinedload, selectinload
 
 from contract.job import JobState
+from contract.measuring import Measuring
 from store.errors import (
     NotFoundError,
 )
 from store.page import Page, PageRequest, created_within, page_of
-from store.tables import (
-    FurtherPair,
-    Image,
-    Job,
-    Measurement,
-    Stage,
-    Surgery,
-)
+from store.tables.images import Image
+from store.tables.jobs import Job
+from store.tables.measurements import Measurement
+from store.tables.stages import FurtherPair, Stage
+from store.tables.surgeries import Surgery
 
 
 def find(session: Session, surgery_id: str, name: str) -> Stage | None:
@@ -251,6 +249,29 @@ def sha256_by_side(pair: Stage | FurtherPair) -> dict[str, str]:
         Hexadecimal, by side.
     """
     return {"left": pair.left_sha256, "right": pair.right_sha256}
+
+
+def measuring_of(session: Session, stage: Stage) -> Measuring:
+    """Return how the images of a take are measured, as it was sent with them.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    stage
+        The take; a revision has the images of an earlier one.
+
+    Returns
+    -------
+    Measuring
+        What is known of the pairs; nothing when nothing was sent.
+    """
+    take, changes = stage.revised_take, stage.changes
+    while take is not None:
+        query = takes_of(stage.surgery_id, stage.name).where(Stage.take == take)
+        revised = session.scalars(query).one()
+        take, changes = revised.revised_take, revised.changes
+    return Measuring() if changes is None else Measuring.model_validate(changes)
 
 
 def _latest(surgery_id: str, name: str) -> Select[Stage]:

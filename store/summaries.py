@@ -11,7 +11,9 @@ from sqlalchemy.orm import Session, joinedload
 from contract.spine_setup import StoredSpineSetup
 from store import spine_setups, spines, surgeries
 from store.spines import StoredSpine
-from store.tables import Measurement, Stage, Surgery, Triad
+from store.tables.measurements import Measurement, Triad
+from store.tables.stages import Stage
+from store.tables.surgeries import Surgery
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,9 @@ from contract.surgery import NewSurgery
 from store import events, retention
 from store.errors import NotFoundError
 from store.page import Page, PageRequest, created_within, page_of
-from store.tables import Job, Stage, Surgery
+from store.tables.jobs import Job
+from store.tables.stages import Stage
+from store.tables.surgeries import Surgery
 
 
 def add(session: Session, new: NewSurgery, now: datetime, actor: Actor) -> Surgery:

@@ -1,17 +1,20 @@
-"""The database and the queue of tests: SQLite files, or PostgreSQL and Redis with TEST_DATABASE=postgresql."""
+"""The database and the queue of tests: SQLite files, or PostgreSQL and Redis with TEST_DATABASE=postgresql.
+
+PostgreSQL is a server of the tests' own, or the one at TEST_POSTGRESQL_URL.
+"""
 
 from __future__ import annotations
 
-import atexit
 import ctypes
 import os
 import shutil
 import signal
+import socket
 import sqlite3
 import subprocess
 import time
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -25,9 +28,9 @@ from migrations.history import upgrade
 from store.database import sqlite_path
 from store.postgresql import WRITE_LOCK
 from tests.patience import PATIENCE_S
+from tests.postgresql_server import postgresql_server, programs
 
 DATABASE = os.environ.get("TEST_DATABASE", "sqlite")
-POSTGRESQL = os.environ.get("TEST_POSTGRESQL_URL", "postgresql://root@127.0.0.1:5432/test")
 INTEGRITY_ERRORS = (sqlite3.IntegrityError, psycopg.errors.IntegrityError)
 
 about_the_sqlite_file = pytest.mark.skipif(
@@ -35,6 +38,16 @@ about_the_sqlite_file = pytest.mark.skipif(
 )
 
 _PR_SET_PDEATHSIG = 1
+
+_session = ExitStack()
+"""What lives as long as the session of tests: the server of PostgreSQL and the template of its databases."""
+
+
+def end_session() -> None:
+    """End what lives as long as the session of tests."""
+    _session.close()
+    _postgresql.cache_clear()
+    _template.cache_clear()
 
 
 @contextmanager
@@ -56,13 +69,9 @@ def new_database(
 
 
 def require_postgresql() -> None:
-    """Skip the test where no PostgreSQL server runs; with TEST_DATABASE=postgresql, that is an error."""
-    try:
-        _server().close()
-    except psycopg.OperationalError:
-        if DATABASE == "postgresql":
-            raise
-        pytest.skip(f"no PostgreSQL server at {POSTGRESQL}")
+    """Skip the test where PostgreSQL is not installed; with TEST_DATABASE=postgresql, that is an error."""
+    if DATABASE != "postgresql" and "TEST_POSTGRESQL_URL" not in os.environ and programs() is None:
+        pytest.skip("PostgreSQL is not installed")
 
 
 @contextmanager
@@ -74,8 +83,15 @@ def new_queue(folder: Path, database_url: str) -> Iterator[str]:
     elif shutil.which("redis-server") is None:
         yield database_url
     else:
-        with _redis(folder / f"redis-{uuid4().hex[:8]}.sock") as url:
+        with new_redis(folder) as url:
             yield url
+
+
+@contextmanager
+def new_redis(folder: Path) -> Iterator[str]:
+    """Give the URL of a Redis server of the test's own."""
+    with _redis(folder / f"redis-{uuid4().hex[:8]}.sock") as url:
+        yield url
 
 
 def run_sql(database_url: str, statement: str, *values: Any, commit: bool = False) -> list[tuple[Any, ...]]:
@@ -169,14 +185,25 @@ def _connect(url: str) -> Any:
     return psycopg.connect(make_url(url).set(drivername="postgresql").render_as_string(hide_password=False))
 
 
+@cache
+def _postgresql() -> str:
+    """Return the URL of the PostgreSQL server, which is started when a test first needs it."""
+    if "TEST_POSTGRESQL_URL" in os.environ:
+        return os.environ["TEST_POSTGRESQL_URL"].replace("+psycopg", "")
+    folder = programs()
+    assert folder is not None, "PostgreSQL is not installed (Debian: apt install postgresql)"
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    return _session.enter_context(postgresql_server(folder, port))
+
+
 def _server() -> psycopg.Connection[Any]:
-    return psycopg.connect(
-        POSTGRESQL.replace("+psycopg", ""), autocommit=True, connect_timeout=int(PATIENCE_S)
-    )
+    return psycopg.connect(_postgresql(), autocommit=True, connect_timeout=int(PATIENCE_S))
 
 
 def _url_of(database: str) -> str:
-    return make_url(POSTGRESQL).set(database=database).render_as_string(hide_password=False)
+    return make_url(_postgresql()).set(database=database).render_as_string(hide_password=False)
 
 
 def _create(options: str = "") -> str:
@@ -193,9 +220,9 @@ def _drop(name: str) -> None:
 
 @cache
 def _template() -> str:
-    """Return the name of a database with the tables of this version, which is made once per process."""
+    """Return the name of a database with the tables of this version, which is made once per session."""
     name = _create()
-    atexit.register(_drop, name)
+    _session.callback(_drop, name)
     upgrade(_url_of(name))
     return name
 

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import settings
 
 import commands  # noqa: F401 - sets the number of threads before NumPy is imported
+from tests import backends
 from tests.processes import left_behind, mark_children
 
 settings.register_profile("spinewatch", deadline=None)  # a busy machine is no failure
@@ -19,3 +20,10 @@ def no_process_stays() -> Iterator[str]:
     yield mark
     left = left_behind(mark)
     assert not left, "processes were left behind:\n" + "\n".join(left)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def no_server_stays(no_process_stays: str) -> Iterator[None]:
+    """End the servers that tests have shared."""
+    yield
+    backends.end_session()

@@ -8,10 +8,10 @@ from datetime import timedelta
 
 from sqlalchemy.exc import SQLAlchemyError
 
-from store import jobs
+from store import leases
 from store.clock import utc_now
 from store.database import Database
-from store.jobs import Lease
+from store.leases import Lease
 from store.unavailable import is_unavailable
 from workers.step_clock import StepClock
 
@@ -100,7 +100,7 @@ class Attempt:
         """Extend the lease."""
         self._written = time.monotonic()
         with self._database.write() as session:
-            held = jobs.heartbeat(
+            held = leases.heartbeat(
                 session, self.lease, utc_now() + self._lease_for, self._fraction, self._step
             )
         self._lost = self._lost or not held

@@ -15,7 +15,7 @@ from contract.event import Actor
 from settings import Settings
 from spinewatch.errors import SpinewatchError
 from spinewatch.progress import Progress
-from store.jobs import Lease
+from store.leases import Lease
 from workers import handlers
 
 Work = TypeVar("Work")

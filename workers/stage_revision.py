@@ -55,6 +55,29 @@ def revised_parameters(parameters: Parameters, changes: Mapping[str, Any]) -> Pa
         ) from error
 
 
+def with_changes(parameters: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return nested parameters of which some are replaced or added.
+
+    Parameters
+    ----------
+    parameters, changes
+        Nested parameters, each with some of those of a method.
+
+    Returns
+    -------
+    dict
+        All of them; those of ``changes`` where both have one.
+    """
+    found = dict(parameters)
+    for name, value in changes.items():
+        before = found.get(name)
+        if isinstance(before, Mapping) and isinstance(value, Mapping):
+            found[name] = with_changes(before, value)
+        else:
+            found[name] = value
+    return found
+
+
 def parameters_of(result: StageResult) -> dict[str, Any]:
     """Return the parameters that a result was measured with, without the settings beside them.
 

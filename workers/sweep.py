@@ -9,10 +9,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from store import jobs
+from store import job_sweep
 from store.clock import utc_now
 from store.database import Database
-from store.jobs import Unended
+from store.job_sweep import Unended
 from store.queue import JobQueue
 
 _QUIET_SECONDS = 2.0  # a job that was enqueued so recently may be about to be claimed
@@ -59,7 +59,7 @@ class Sweep:
             Number of messages enqueued.
         """
         with self._database.read() as session:
-            unended = jobs.unended(session)
+            unended = job_sweep.unended(session)
         now = self._clock()
         self._since = {job: self._since.get(job, now) for job in unended}
         silent = [job for job in unended if now - self._since[job] >= self._patience(job)]
@@ -85,8 +85,8 @@ class Sweep:
             if self._clock() - asked > _LATE_SECONDS:  # heartbeats may have waited for the same database
                 self._since.clear()
                 return False
-            return jobs.expire(session, job)
+            return job_sweep.expire(session, job)
 
     def _mark(self, job: Unended) -> bool:
         with self._database.write() as session:
-            return jobs.mark_enqueued(session, job, utc_now())
+            return job_sweep.mark_enqueued(session, job, utc_now())

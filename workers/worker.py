@@ -13,10 +13,10 @@ from contract.event import Actor
 from settings import Settings
 from spinewatch.errors import SpinewatchError
 from spinewatch.progress import Progress
-from store import jobs, step_times
+from store import jobs, leases, step_times
 from store.clock import utc_now
 from store.database import Database
-from store.jobs import Lease
+from store.leases import Lease
 from workers.attempt import Attempt, LeaseLostError
 from workers.patience import patiently
 from workers.registry import NotReadyError, Registry
@@ -131,7 +131,7 @@ class Worker:
             Identifiers of the jobs that can be worked on now because of this one; the caller enqueues them.
         """
         with self._database.write() as session:
-            lease = jobs.claim_next(session, utc_now(), self._lease_for, self._max_attempts, self._actor)
+            lease = leases.claim_next(session, utc_now(), self._lease_for, self._max_attempts, self._actor)
         if lease is None:
             return ()
         self.attempt = Attempt(self._database, lease, self._lease_for)
@@ -153,7 +153,7 @@ class Worker:
         if attempt is None:
             return None
         with self._database.write() as session:
-            held = jobs.requeue(session, attempt.lease, utc_now(), self._actor, count_attempt=False)
+            held = leases.requeue(session, attempt.lease, utc_now(), self._actor, count_attempt=False)
         return attempt.lease.job_id if held else None
 
     def _work(self, attempt: Attempt) -> tuple[str, ...]:
@@ -195,7 +195,7 @@ class Worker:
 
         def store() -> tuple[bool, tuple[str, ...]]:
             with self._database.write() as session:
-                if not jobs.succeed(session, lease, now):
+                if not leases.succeed(session, lease, now):
                     return False, ()
                 step_times.add(session, lease.kind, seconds)
                 return True, handler.store(session, lease, result, now, self._actor)
@@ -205,17 +205,17 @@ class Worker:
     def _fail(self, lease: Lease, error: SpinewatchError) -> bool:
         """End a job that can never succeed; return whether the lease was held."""
         with self._database.write() as session:
-            return jobs.fail(session, lease, error.code, str(error), utc_now(), self._actor)
+            return leases.fail(session, lease, error.code, str(error), utc_now(), self._actor)
 
     def _return(self, lease: Lease) -> None:
         """Return the job to the queue for another attempt."""
         with self._database.write() as session:
-            jobs.requeue(session, lease, utc_now(), self._actor, count_attempt=True)
+            leases.requeue(session, lease, utc_now(), self._actor, count_attempt=True)
 
     def _wait(self, lease: Lease, other_id: str) -> tuple[str, ...]:
         """Return the job to the queue until another has ended; return it to enqueue at once if that has ended."""
         with self._database.write() as session:
-            jobs.requeue(session, lease, utc_now(), self._actor, count_attempt=False, waits_for=other_id)
+            leases.requeue(session, lease, utc_now(), self._actor, count_attempt=False, waits_for=other_id)
             return (lease.job_id,) if jobs.has_ended(session, other_id) else ()
 
     def _waiting(self, lease: Lease) -> tuple[str, ...]:

@@ -10,14 +10,9 @@ import numpy as np
 
 from spinewatch.calibration.errors import TooFewPointsError
 from spinewatch.calibration.flags import calibration_flags
-from spinewatch.calibration.plausibility import (
-    PlausibilityParameters,
-    aspect_doubts,
-    check_cameras,
-    check_image_points,
-    check_sensor,
-    principal_point_doubts,
-)
+from spinewatch.calibration.plausibility.cameras import aspect_doubts, check_cameras, principal_point_doubts
+from spinewatch.calibration.plausibility.limits import PlausibilityParameters
+from spinewatch.calibration.plausibility.points import check_image_points, check_sensor
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot, check_consistent
 from spinewatch.calibration.quality.accuracy import ShotAccuracy, shot_accuracy
 from spinewatch.calibration.solve.block import Block, ImageIndex

@@ -17,16 +17,10 @@ from spinewatch.calibration.errors import (
     SidesSwappedError,
     UndeterminedError,
 )
-from spinewatch.calibration.plausibility import (
-    FitDoubts,
-    PlausibilityParameters,
-    aspect_doubts,
-    check_cameras,
-    check_image_points,
-    check_sensor,
-    fit_doubts,
-    principal_point_doubts,
-)
+from spinewatch.calibration.plausibility.cameras import aspect_doubts, check_cameras, principal_point_doubts
+from spinewatch.calibration.plausibility.fit import FitDoubts, fit_doubts
+from spinewatch.calibration.plausibility.limits import PlausibilityParameters
+from spinewatch.calibration.plausibility.points import check_image_points, check_sensor
 from spinewatch.calibration.points import Sensor, Shot
 from spinewatch.calibration.solve.parameters import SolveParameters
 from spinewatch.calibration.stereo import StereoCalibration, calibrate_stereo

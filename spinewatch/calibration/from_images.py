@@ -18,7 +18,8 @@ from spinewatch.calibration.marks.board_corners import BoardCornerParameters, fi
 from spinewatch.calibration.marks.detection import TargetParameters, Targets, find_targets
 from spinewatch.calibration.marks.eccentricity import eccentricity_px
 from spinewatch.calibration.marks.identification import identify_targets
-from spinewatch.calibration.plausibility import PlausibilityParameters, check_sensor, repeated_shots
+from spinewatch.calibration.plausibility.limits import PlausibilityParameters
+from spinewatch.calibration.plausibility.points import check_sensor, repeated_shots
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot, flatness
 from spinewatch.calibration.quality.accuracy import (
     ShotAccuracy,

@@ -9,10 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from store.processes import REPORT_SECONDS
 from store.queue import JobQueue
 from tests.http.harness import Service, board, free_port, pair, stop, wait_for
 from tests.http.test_run import COMMAND, children_of, environment
-from tests.patience import PATIENCE_S, machine_is_quiet
+from tests.patience import PATIENCE_S
 
 Process = subprocess.Popen[bytes]
 
@@ -80,6 +81,23 @@ def assert_measured_once(service: Service, job: str) -> None:
     ]
 
 
+def beats_until_claimed(service: Service, job: str, worker: Process) -> int:
+    """Return how often a worker reports until a job is claimed again: a busy machine delays the one with the other."""
+    query = "SELECT last_seen FROM processes WHERE name LIKE ?"
+    seen: set[object] = set()
+
+    def claimed_again() -> bool:
+        seen.update(at for (at,) in service.sql(query, f"%:{worker.pid}"))
+        started = service.sql(
+            "SELECT count(*) FROM events WHERE subject_id = ? AND action = 'job:started'", job
+        )
+        return started == [(2,)]
+
+    wait_for(claimed_again, "the other worker to claim the job")
+    assert seen
+    return len(seen) - 1
+
+
 def test_a_killed_worker_s_job_is_done_by_another_once(
     service: Service, surgery: str, calibration: str
 ) -> None:
@@ -87,12 +105,10 @@ def test_a_killed_worker_s_job_is_done_by_another_once(
     job = stop_mid_job(service, victim, stages(service, surgery, calibration))
     other = service.start("worker")
     wait_for(lambda: service.logged("worker_ready", f"pid={other.pid}"), "the other worker")
-    quiet = machine_is_quiet()
     victim.kill()
-    killed = time.monotonic()
+    beats = beats_until_claimed(service, job, other)
+    assert beats * REPORT_SECONDS < 15  # the promise of docs/operations.md
     done = service.finished(job)
-    took_s = time.monotonic() - killed
-    assert took_s < 15 or not quiet  # the promise of docs/operations.md
     assert (done["state"], done["attempts"]) == ("succeeded", 1)
     assert_measured_once(service, job)
 

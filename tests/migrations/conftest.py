@@ -4,7 +4,8 @@ from pathlib import Path
 import pytest
 
 from store.database import Database
-from tests.backends import new_database
+from tests.backends import new_database, require_postgresql
+from tests.migrations.version_0_1_0 import fill
 
 
 @pytest.fixture
@@ -13,3 +14,26 @@ def database(tmp_path: Path) -> Iterator[Database]:
         database = Database(url)
         yield database
         database.close()
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
+    """The URL of a new database without tables."""
+    if request.param == "postgresql":
+        require_postgresql()
+    with new_database(tmp_path, tables=False, name="x", storage=request.param) as url:
+        yield url
+
+
+@pytest.fixture
+def empty(url: str) -> Iterator[Database]:
+    database = Database(url)
+    yield database
+    database.close()
+
+
+@pytest.fixture
+def old(empty: Database) -> Database:
+    """A database of version 0.1.0 with a row of every kind."""
+    fill(empty)
+    return empty

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from starlette.types import Receive, Scope, Send
+from starlette.types import ASGIApp, Receive, Scope, Send
 from uvicorn.server import ServerState
 
 from service.connection import ConnectionLimits, LimitedConfig, LimitedConnection
@@ -47,13 +47,16 @@ async def everything(client: socket.socket) -> bytes:
     return answer
 
 
-@asynccontextmanager
-async def listening(limits: ConnectionLimits = LIMITS) -> AsyncIterator[Listener]:
-    async def waits_for_ever(scope: Scope, receive: Receive, send: Send) -> None:
-        await asyncio.Event().wait()
+async def waits_for_ever(scope: Scope, receive: Receive, send: Send) -> None:
+    await asyncio.Event().wait()
 
+
+@asynccontextmanager
+async def listening(
+    limits: ConnectionLimits = LIMITS, app: ASGIApp = waits_for_ever
+) -> AsyncIterator[Listener]:
     state = ServerState()
-    config = LimitedConfig(waits_for_ever, log_config=None, access_log=False)
+    config = LimitedConfig(app, log_config=None, access_log=False)
     config.limits = limits
     config.load()
     loop = asyncio.get_running_loop()
@@ -86,6 +89,34 @@ def test_a_late_head_is_answered_with_408() -> None:
             connection.check(now + 2 * LATER)
             assert (await everything(client)).startswith(b"HTTP/1.1 408 ")
             client.close()
+
+    run(scenario)
+
+
+def test_an_answer_before_the_body_reaches_a_client_that_still_sends() -> None:
+    async def scenario() -> None:
+        connected = asyncio.Event()
+
+        async def refuses_the_body(scope: Scope, receive: Receive, send: Send) -> None:
+            await connected.wait()
+            headers = [(b"content-length", b"2"), (b"connection", b"close")]
+            await send({"type": "http.response.start", "status": 408, "headers": headers})
+            await send({"type": "http.response.body", "body": b"no"})
+
+        async with listening(app=refuses_the_body) as listener:
+            client, connection = await listener.client(HEAD + b"Content-Length: 100\r\n\r\n")
+            connected.set()
+            with client:
+                while connection.cycle is None or not connection.cycle.response_complete:
+                    await asyncio.sleep(0.001)
+                loop = asyncio.get_running_loop()
+                for _ in range(5):  # a closed connection would answer the first of these with a reset
+                    await loop.sock_sendall(client, b"x")
+                    await asyncio.sleep(0.01)
+                assert (await loop.sock_recv(client, 65536)).endswith(b"no")
+                assert await loop.sock_recv(client, 1) == b""
+                connection.check(connection.loop.time() + LATER)
+                assert connection.transport.is_closing()
 
     run(scenario)
 

@@ -10,7 +10,7 @@ from spinewatch.imaging.header import inspect_image
 from store import images
 from store.database import Database
 from store.images import NewImage
-from store.tables import Image
+from store.tables.images import Image
 from tests.backends import new_database
 from tests.paths import SAMPLES
 

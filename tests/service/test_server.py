@@ -1,7 +1,6 @@
 """The server ends in time, whatever its clients do, and takes no more connections than it is told."""
 
 import asyncio
-import os
 import resource
 import signal
 import socket
@@ -21,9 +20,11 @@ from service.server import Server, allow_open_files, make_server
 from settings import Settings
 from tests.hostile.attack import connect, head
 from tests.http.harness import Service, free_port, pair, wait_for
+from tests.patience import PATIENCE_S
+from tests.sleep import slept_until_exit_s
 
-BAR_S = 3.0 if os.getloadavg()[0] <= (os.cpu_count() or 1) else 10.0
-"""A busy machine runs a process that has something to do later."""
+BAR_S = 3.0
+"""Time that the end of the server may wait for others; a busy machine adds to its work alone."""
 
 
 @pytest.fixture
@@ -52,13 +53,14 @@ def running() -> Iterator[tuple[Server, str]]:
 
 def test_a_stream_ends_when_the_server_stops(running: tuple[Server, str]) -> None:
     server, url = running
-    with httpx.Client(trust_env=False) as client, client.stream("GET", f"{url}/stream") as response:
+    with (
+        httpx.Client(trust_env=False, timeout=PATIENCE_S) as client,
+        client.stream("GET", f"{url}/stream") as response,
+    ):
         lines = response.iter_lines()
         assert next(lines) == "first"
-        began = time.monotonic()
         server.should_exit = True
         assert list(lines) == ["last"]
-        assert time.monotonic() - began < BAR_S
 
 
 def test_as_many_files_may_be_open_as_the_system_allows() -> None:
@@ -105,11 +107,8 @@ def test_a_signal_ends_it_within_three_seconds(
             clients.append(connect(service))
             clients[-1].sendall(sent)
         assert service.ready()
-        process = service.server
-        began = time.monotonic()
-        process.send_signal(number)
-        process.wait(30)
-        assert time.monotonic() - began < BAR_S
+        service.server.send_signal(number)
+        assert slept_until_exit_s(service.server.pid) < BAR_S
         assert not service.logged("Traceback")
 
 
@@ -122,10 +121,8 @@ def test_a_database_held_by_another_does_not_hold_the_end(tmp_path: Path) -> Non
             writing = threading.Thread(target=_write, args=(service,))
             writing.start()
             time.sleep(0.5)
-            began = time.monotonic()
             service.server.terminate()
-            service.server.wait(30)
-            assert time.monotonic() - began < BAR_S
+            assert slept_until_exit_s(service.server.pid) < BAR_S
         writing.join()
 
 

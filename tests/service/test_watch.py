@@ -11,7 +11,7 @@ from service.watch import Watch
 from store import jobs, keys
 from store.admissions import Admission
 from store.database import Database
-from store.tables import ApiKey
+from store.tables.access import ApiKey
 from tests.backends import new_database
 from tests.store.builders import CLIENT, NOON, new_stage, new_surgery
 

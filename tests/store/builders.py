@@ -16,14 +16,24 @@ from contract.stage import StageResult
 from contract.surgery import NewSurgery
 from spinewatch.imaging.header import ImageHeader
 from spinewatch.rig_files.rig_json import rig_from_dict, rig_to_dict
-from store import calibration_requests, calibrations, jobs, measurements, stage_submission, surgeries
+from store import (
+    calibration_requests,
+    calibrations,
+    job_sweep,
+    jobs,
+    leases,
+    measurements,
+    stage_submission,
+    surgeries,
+)
 from store.calibration_requests import NewRequest, NewShot
 from store.database import Database
 from store.images import NewImage
-from store.jobs import Lease
+from store.leases import Lease
 from store.measurements import MeasuredStage
 from store.stage_submission import NewStage
-from store.tables import CALIBRATION_JOB, Stage
+from store.tables.jobs import CALIBRATION_JOB, Job
+from store.tables.stages import Stage
 from tests.paths import SAMPLES
 
 SAMPLE = SAMPLES / "D1"
@@ -94,9 +104,14 @@ def new_request(
         return calibration_requests.submit(session, new, now, CLIENT).id
 
 
+def show(database: Database, job: str) -> Job:
+    with database.read() as session:
+        return jobs.get(session, job)
+
+
 def claim(database: Database, job: str, second: float = 0.0, max_attempts: int = 3) -> Lease | None:
     with database.write() as session:
-        return jobs.claim(session, job, at(second), LEASE, max_attempts, WORKER)
+        return leases.claim(session, job, at(second), LEASE, max_attempts, WORKER)
 
 
 def claimed(database: Database, job: str, second: float = 0.0) -> Lease:
@@ -108,8 +123,8 @@ def claimed(database: Database, job: str, second: float = 0.0) -> Lease:
 def expire(database: Database, job: str) -> None:
     """End the lease of a running job, as the sweep does when its worker is silent."""
     with database.write() as session:
-        (seen,) = [row for row in jobs.unended(session) if row.id == job]
-        assert jobs.expire(session, seen)
+        (seen,) = [row for row in job_sweep.unended(session) if row.id == job]
+        assert job_sweep.expire(session, seen)
 
 
 def succeed(
@@ -117,7 +132,7 @@ def succeed(
 ) -> bool:
     """End a job and store its result as a worker does; return whether the lease was held."""
     with database.write() as session:
-        held = jobs.succeed(session, lease, at(second))
+        held = leases.succeed(session, lease, at(second))
         if held and lease.kind == CALIBRATION_JOB:
             calibrations.add_solved(session, lease.subject_id, solved(), at(second), WORKER)
         elif held:
@@ -135,7 +150,7 @@ def end(database: Database, job: str, state: JobState) -> None:
         return
     with database.write() as session:
         if state == JobState.FAILED:
-            jobs.fail(session, lease, "invalid-image", "The image is damaged.", NOON, WORKER)
+            leases.fail(session, lease, "invalid-image", "The image is damaged.", NOON, WORKER)
         elif state == JobState.CANCELLED:
             jobs.cancel(session, job, NOON, CLIENT)
 

@@ -6,7 +6,7 @@ from contract.key import NewKey, Scope
 from store import keys, sessions
 from store.admissions import Admission, withdrawn
 from store.database import Database
-from store.tables import ApiKey
+from store.tables.access import ApiKey
 from tests.store.builders import CLIENT, at
 
 DAY_S = 86_400

@@ -14,7 +14,7 @@ from store.backup import back_up, restore
 from store.database import Database, sqlite_path
 from store.errors import BackupError
 from store.revision import require_revision
-from store.tables import Surgery
+from store.tables.surgeries import Surgery
 from store.verification import verify
 from tests.backends import about_the_sqlite_file
 from tests.store.builders import NOON, new_stage, new_surgery

@@ -5,7 +5,9 @@ from store import calibration_requests, calibrations, jobs
 from store.database import Database
 from store.errors import NotFoundError
 from store.events import Action
-from store.tables import CALIBRATION_JOB, Calibration, CalibrationRequest, Event, Job
+from store.tables.calibrations import Calibration, CalibrationRequest
+from store.tables.events import Event
+from store.tables.jobs import CALIBRATION_JOB, Job
 from tests.store.builders import CLIENT, NOON, at, claimed, new_request, solved, succeed
 
 

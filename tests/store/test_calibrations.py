@@ -10,9 +10,10 @@ from contract.job import JobState
 from store import calibrations, jobs, stage_work
 from store.database import Database
 from store.errors import NotFoundError, ReportNotFoundError
-from store.jobs import Lease
+from store.leases import Lease
 from store.page import PageRequest
-from store.tables import Calibration, Job
+from store.tables.calibrations import Calibration
+from store.tables.jobs import Job
 from tests.backends import fault
 from tests.store.builders import (
     CLIENT,

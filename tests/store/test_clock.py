@@ -6,7 +6,7 @@ from sqlalchemy.exc import StatementError
 
 from store.clock import utc_now
 from store.database import Database
-from store.tables import Stage
+from store.tables.stages import Stage
 from tests.store.builders import NOON, new_stage, new_surgery
 
 

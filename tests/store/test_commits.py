@@ -4,26 +4,37 @@ import sqlite3
 from contextlib import closing
 from pathlib import Path
 
-from store import step_times
+from store import events, step_times
 from store.commits import Commits
 from store.database import Database
 from tests.backends import about_the_sqlite_file
+from tests.store.builders import CLIENT, NOON
 
 
 @about_the_sqlite_file
-def test_each_commit_is_seen_once(database: Database) -> None:
+def test_each_event_is_seen_once_when_it_is_committed(database: Database) -> None:
     commits = database.commits()
     assert commits.are_seen
     assert commits.happened()
     assert not commits.happened()
     with database.write() as session:
-        step_times.add(session, "stage", {"match": 1.0})
+        events.append(session, NOON, CLIENT, events.Action.SURGERY_CREATED, "1")
         session.flush()
         assert not commits.happened()
     assert commits.happened()
     assert not commits.happened()
     commits.close()
     assert commits.happened()
+    commits.close()
+
+
+@about_the_sqlite_file
+def test_a_commit_without_an_event_is_not_seen(database: Database) -> None:
+    commits = database.commits()
+    assert commits.happened()
+    with database.write() as session:
+        step_times.add(session, "stage", {"match": 1.0})
+    assert not commits.happened()
     commits.close()
 
 

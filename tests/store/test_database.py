@@ -9,7 +9,9 @@ from sqlalchemy.orm import Session
 from store import events
 from store.database import Database, sqlite_path
 from store.errors import DatabaseNotReadyError
-from store.tables import Calibration, Event, Measurement
+from store.tables.calibrations import Calibration
+from store.tables.events import Event
+from store.tables.measurements import Measurement
 from tests.backends import about_the_sqlite_file
 from tests.store.builders import CLIENT, NOON
 

@@ -9,7 +9,7 @@ from contract.event import Actor, ActorKind, Outcome
 from store import events
 from store.audit import verify_chain
 from store.database import Database
-from store.tables import Event
+from store.tables.events import Event
 from tests.backends import about_the_sqlite_file
 from tests.store.builders import CLIENT, NOON
 

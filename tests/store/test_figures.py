@@ -7,7 +7,7 @@ from contract.job import JobState
 from store import calibrations, figures
 from store.clock import utc_now
 from store.database import Database
-from store.tables import Job
+from store.tables.jobs import Job
 from tests.store.builders import (
     CLIENT,
     RIG,

@@ -6,7 +6,7 @@ from sqlalchemy import func, select
 from store import idempotency
 from store.database import Database
 from store.idempotency import LIFETIME, Answer, IdempotencyKeyReusedError, KeyUse
-from store.tables import IdempotencyKey
+from store.tables.access import IdempotencyKey
 from tests.store.builders import NOON
 
 USE = KeyUse("cart", "key 1", "f" * 64)

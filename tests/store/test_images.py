@@ -5,7 +5,7 @@ from store import images
 from store.database import Database
 from store.errors import ImageDamagedError
 from store.images import NewImage
-from store.tables import Image, SentImage
+from store.tables.images import Image, SentImage
 from tests.store.at_rest import without_triggers
 from tests.store.builders import NOON, image, new_stage, new_surgery
 

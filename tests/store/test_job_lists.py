@@ -2,7 +2,7 @@ from contract.job import JobState
 from store import job_lists, retention
 from store.database import Database
 from store.page import PageRequest
-from store.tables import SPINE_JOB, STAGE_JOB
+from store.tables.jobs import SPINE_JOB, STAGE_JOB
 from tests.store.builders import CLIENT, NOON, at, claimed, new_stage, new_surgery
 
 

@@ -9,7 +9,8 @@ from store import keys
 from store.database import Database
 from store.errors import NotFoundError
 from store.page import PageRequest
-from store.tables import ApiKey, Event
+from store.tables.access import ApiKey
+from store.tables.events import Event
 from tests.store.builders import CLIENT, at
 
 NEW = NewKey(name="cart 1", scopes=[Scope.CAPTURE_WRITE, Scope.STAGE_READ])

@@ -8,7 +8,7 @@ from contract.surgery import NewSurgery
 from store import surgeries
 from store.database import Database
 from store.page import Page, PageRequest, Position, created_within, page_of, page_of_items
-from store.tables import Surgery
+from store.tables.surgeries import Surgery
 from tests.store.builders import CLIENT, NOON, at
 
 

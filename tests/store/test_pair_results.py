@@ -6,7 +6,7 @@ from store import measurements, pair_results, stages
 from store.database import Database
 from store.errors import NotFoundError
 from store.measurements import MeasuredStage
-from store.tables import PairResult as Row
+from store.tables.measurements import PairResult as Row
 from tests.store.builders import claimed, new_stage, new_surgery, stage_result, succeed
 
 

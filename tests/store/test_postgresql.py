@@ -18,7 +18,10 @@ from store.errors import StageExistsError
 from store.postgresql import connection_options
 from store.revision import REVISION, current_revision
 from store.stage_submission import NewStage
-from store.tables import Event, Job, Stage, Surgery
+from store.tables.events import Event
+from store.tables.jobs import Job
+from store.tables.stages import Stage
+from store.tables.surgeries import Surgery
 from store.unavailable import is_unavailable
 from tests.backends import new_database
 from tests.store.builders import CLIENT, NOON, RIG, image, new_surgery

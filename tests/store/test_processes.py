@@ -6,7 +6,7 @@ from sqlalchemy import select, update
 from store import processes
 from store.database import Database
 from store.processes import MISSED_AFTER, ProcessKind
-from store.tables import Process
+from store.tables.processes import Process
 
 
 def report(database: Database, name: str, kind: ProcessKind = ProcessKind.WORKER) -> None:

@@ -12,7 +12,8 @@ from store.errors import NotFoundError
 from store.images import NewImage
 from store.page import PageRequest
 from store.radiographs import NewRadiograph
-from store.tables import Event, Image
+from store.tables.events import Event
+from store.tables.images import Image
 from tests.store.builders import CLIENT, NOON, at, new_surgery
 
 

@@ -18,7 +18,10 @@ from store.images import NewImage
 from store.page import PageRequest
 from store.radiographs import NewRadiograph
 from store.spines import ComputedSpine
-from store.tables import Base, Event, Image, Purge, SentImage, Surgery, Tombstone
+from store.tables.base import Base
+from store.tables.events import Event
+from store.tables.images import Image, SentImage
+from store.tables.surgeries import Purge, Surgery, Tombstone
 from tests.backends import about_the_sqlite_file
 from tests.contract.spine_results import stage_spine
 from tests.store.builders import (

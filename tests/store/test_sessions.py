@@ -5,7 +5,7 @@ import pytest
 from contract.key import NewKey, Scope
 from store import keys, sessions
 from store.database import Database
-from store.tables import ApiKey, ApiSession
+from store.tables.access import ApiKey, ApiSession
 from tests.store.builders import CLIENT, at
 
 HOUR = timedelta(hours=1)

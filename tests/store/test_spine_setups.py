@@ -5,7 +5,7 @@ from contract.spine_setup import NewRebaseline, SpineSetup
 from store import spine_setups
 from store.database import Database
 from store.errors import NotFoundError, RebaselineExistsError, SetupMissingError
-from store.tables import Event
+from store.tables.events import Event
 from tests.store.builders import CLIENT, NOON, at, new_stage, new_surgery, spine_setup
 
 

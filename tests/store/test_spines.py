@@ -8,7 +8,7 @@ from sqlalchemy import select
 from contract.job import JobState
 from contract.spine_setup import NewRebaseline
 from contract.stage_reference import StageReference
-from store import jobs, spine_setups, spines
+from store import leases, spine_setups, spines
 from store.database import Database
 from store.errors import (
     SetupMissingError,
@@ -17,7 +17,9 @@ from store.errors import (
     StageNotMeasuredError,
 )
 from store.spines import ComputedSpine, SpineWork
-from store.tables import Event, Job, Spine
+from store.tables.events import Event
+from store.tables.jobs import Job
+from store.tables.spines import Spine
 from tests.contract.spine_results import stage_spine
 from tests.store.builders import (
     CLIENT,
@@ -98,7 +100,7 @@ def test_one_queued_job_is_enough_and_a_running_one_is_not(database: Database) -
     assert first is not None
     assert submit(database, surgery) is None
     with database.write() as session:
-        jobs.claim(session, first, NOON, LEASE, 3, WORKER)
+        leases.claim(session, first, NOON, LEASE, 3, WORKER)
     second = submit(database, surgery)
     assert second not in {None, first}
     with database.read() as session:

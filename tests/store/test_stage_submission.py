@@ -9,7 +9,7 @@ from store.errors import NotFoundError, StageExistsError, StageNotMeasuredError,
 from store.measurements import MeasuredStage
 from store.page import PageRequest
 from store.stage_submission import NewPair, NewStage
-from store.tables import Event
+from store.tables.events import Event
 from tests.store.builders import (
     CLIENT,
     NOON,

@@ -2,7 +2,7 @@ from contract.job import JobState
 from contract.revision import Remeasurement
 from store import stage_submission, stage_work
 from store.database import Database
-from store.tables import Stage
+from store.tables.stages import Stage
 from tests.store.builders import (
     CLIENT,
     NOON,

@@ -11,7 +11,7 @@ from contract.event import Actor
 from spinewatch.errors import ParameterError
 from spinewatch.progress import Progress
 from store import events
-from store.jobs import Lease
+from store.leases import Lease
 from workers.registry import Handler
 
 

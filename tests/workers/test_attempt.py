@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from sqlalchemy.exc import OperationalError
 
-from store import jobs
+from store import jobs, leases
 from store.clock import utc_now
 from store.database import Database
 from tests.backends import about_the_sqlite_file
@@ -18,7 +18,7 @@ from workers.attempt import Attempt, LeaseLostError
 def attempt(database: Database) -> Attempt:
     job = new_stage(database, new_surgery(database), now=utc_now()).job.id
     with database.write() as session:
-        lease = jobs.claim(session, job, utc_now(), LEASE, 3, WORKER)
+        lease = leases.claim(session, job, utc_now(), LEASE, 3, WORKER)
     assert lease is not None
     return Attempt(database, lease, LEASE)
 

@@ -13,7 +13,7 @@ from store import jobs
 from store.clock import utc_now
 from store.database import Database
 from store.queue import JobQueue
-from store.tables import Job
+from store.tables.jobs import Job
 from tests.paths import PROJECT
 from tests.patience import PATIENCE_S
 from tests.store.builders import new_stage, new_surgery, sample_pair
@@ -58,6 +58,7 @@ import os, signal, time
 from settings import Settings
 from store import jobs
 from store.database import Database
+from store.tables.jobs import Job
 from workers.process import run
 from workers.registry import Handler, Registry
 class Slow(Handler):
@@ -72,7 +73,7 @@ settings = Settings()
 def end_after_the_job():
     database = Database(settings.database_url)
     with database.read() as session:
-        ended = all(jobs.has_ended(session, row.id) for row in session.query(jobs.Job))
+        ended = all(jobs.has_ended(session, row.id) for row in session.query(Job))
     database.close()
     if ended:
         os.kill(os.getpid(), signal.SIGTERM)

@@ -12,7 +12,8 @@ from store import jobs
 from store.clock import utc_now
 from store.database import Database
 from store.queue import JobQueue
-from store.tables import CALIBRATION_JOB, STAGE_JOB, Event, Job
+from store.tables.events import Event
+from store.tables.jobs import CALIBRATION_JOB, STAGE_JOB, Job
 from tests.store.builders import WORKER
 from tests.workers.echo import EchoHandler
 from workers.registry import Registry, UnknownJobKindError, discover

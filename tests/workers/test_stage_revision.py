@@ -6,7 +6,13 @@ from spinewatch.detection.candidates.templates import default_template_set
 from spinewatch.errors import ParameterError
 from spinewatch.pipeline import Parameters
 from tests.store.builders import stage_result
-from workers.stage_revision import UnknownTemplatesError, chosen_templates, parameters_of, revised_parameters
+from workers.stage_revision import (
+    UnknownTemplatesError,
+    chosen_templates,
+    parameters_of,
+    revised_parameters,
+    with_changes,
+)
 
 
 def test_parameters_are_replaced_one_by_one() -> None:
@@ -43,3 +49,16 @@ def test_templates_are_chosen_by_their_version() -> None:
 def test_parameters_of_a_result_are_those_of_the_method() -> None:
     result = stage_result(parameters={"ball_diameter_mm": 6.0, "calibration_max_age_days": 1.0})
     assert parameters_of(result) == {"ball_diameter_mm": 6.0}
+
+
+def test_changes_are_added_to_what_was_sent() -> None:
+    sent = {"search": {"matching": {"epipolar": {"range_mm": [630.0, 760.0]}}}}
+    wanted = {"search": {"matching": {"refinement": {"enabled": True}}}, "ball_diameter_mm": 6.0}
+    both = with_changes(sent, wanted)
+    assert both["search"]["matching"] == {
+        "epipolar": {"range_mm": [630.0, 760.0]},
+        "refinement": {"enabled": True},
+    }
+    assert both["ball_diameter_mm"] == 6.0
+    assert with_changes(sent, {"search": {"matching": {"epipolar": {"range_mm": [1.0, 2.0]}}}}) != sent
+    assert sent["search"]["matching"] == {"epipolar": {"range_mm": [630.0, 760.0]}}

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from contract.job import JobState
-from store import jobs
+from store import job_sweep, jobs, leases
 from store.database import Database
-from store.jobs import Lease
+from store.leases import Lease
 from store.queue import JobQueue
 from tests.store.builders import CLIENT, LEASE, NOON, WORKER, at, claim, claimed, new_stage, new_surgery
 from workers.sweep import Sweep
@@ -44,7 +44,7 @@ def sweep(database: Database, queue: JobQueue, clock: Clock) -> Sweep:
 
 def beat(database: Database, lease: Lease, second: float) -> bool:
     with database.write() as session:
-        return jobs.heartbeat(session, lease, at(second) + LEASE, 0.5, "match")
+        return leases.heartbeat(session, lease, at(second) + LEASE, 0.5, "match")
 
 
 def test_a_job_whose_message_was_lost_is_enqueued_once(
@@ -132,11 +132,11 @@ def test_a_clock_that_is_set_delays_and_doubles_nothing(
         beat(database, alive, wall + clock.seconds)
         sweep()
     with database.read() as session:
-        states = {job.id: job.claimable for job in jobs.unended(session)}
+        states = {job.id: job.claimable for job in job_sweep.unended(session)}
     assert states == {beating: False, dead: True, lost: True}
     assert claim(database, beating, wall + 6) is None
     with database.write() as session:
-        next_one = jobs.claim_next(session, NOON + set_by, LEASE, 3, WORKER)
+        next_one = leases.claim_next(session, NOON + set_by, LEASE, 3, WORKER)
     assert next_one is not None
     assert next_one.job_id == dead
 

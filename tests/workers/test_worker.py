@@ -8,10 +8,11 @@ from sqlalchemy import func, select
 
 from contract.job import JobState
 from settings import Settings
-from store import jobs
+from store import jobs, leases
 from store.clock import utc_now
 from store.database import Database
-from store.tables import Event, Job
+from store.tables.events import Event
+from store.tables.jobs import Job
 from tests.backends import fault
 from tests.store.builders import CLIENT, WORKER
 from tests.workers.echo import EchoHandler
@@ -86,7 +87,7 @@ def test_an_unexpected_error_is_tried_again_until_attempts_run_out(database: Dat
     assert states == [(queued, 1), (queued, 2), (failed, 2), (failed, 2)]
     error = show(database, job).error
     assert error is not None
-    assert error["code"] == jobs.ATTEMPTS_EXHAUSTED
+    assert error["code"] == leases.ATTEMPTS_EXHAUSTED
 
 
 def test_a_result_that_cannot_be_stored_is_tried_again(database: Database, job: str) -> None:

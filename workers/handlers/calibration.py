@@ -17,8 +17,8 @@ from spinewatch.progress import Progress
 from spinewatch.rig_plausibility import check_measurable_rig, check_plausible_rig
 from store import calibration_requests, calibrations
 from store.calibration_requests import CalibrationWork
-from store.jobs import Lease
-from store.tables import CALIBRATION_JOB
+from store.leases import Lease
+from store.tables.jobs import CALIBRATION_JOB
 from workers.registry import Handler
 
 _VERSION = version("spinewatch")

@@ -14,9 +14,9 @@ from settings import Settings
 from spinewatch.errors import SpinewatchError
 from spinewatch.progress import Progress
 from store import spines
-from store.jobs import Lease
+from store.leases import Lease
 from store.spines import ComputedSpine, SpineWork
-from store.tables import SPINE_JOB
+from store.tables.jobs import SPINE_JOB
 from workers.registry import Handler
 from workers.spine_documents import SpineInputs, spine_document
 

@@ -30,16 +30,17 @@ from spinewatch.detection.candidates.templates import (
 from spinewatch.imaging.comparison import ComparisonParameters
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import Frame, Side
+from spinewatch.markers import FLAT_10_14_18
 from spinewatch.pipeline import Parameters, StageMeasurer, StageRequest
 from spinewatch.progress import Progress, part
 from spinewatch.rig_files.rig_json import parse_rig
 from spinewatch.rig_plausibility import check_measurable_rig
 from spinewatch.tracking.synchronization import SynchronizationParameters, delay_flags, parallax_gain
 from store import measurements, relabelling, spines, stage_work
-from store.jobs import Lease
+from store.leases import Lease
 from store.measurements import MeasuredStage
 from store.stage_work import PairWork, StageWork
-from store.tables import STAGE_JOB
+from store.tables.jobs import STAGE_JOB
 from workers.decoded_images import DecodedImages
 from workers.pair_results import pair_results
 from workers.record_checks import burst_repetition_flags, repetition_flags, time_flags
@@ -49,7 +50,7 @@ from workers.stage_centres import EditedTake
 from workers.stage_decisions import decide, decided
 from workers.stage_edits import edited
 from workers.stage_labels import label_pairs
-from workers.stage_revision import chosen_templates, parameters_of, revised_parameters
+from workers.stage_revision import chosen_templates, parameters_of, revised_parameters, with_changes
 
 _VERSION = version("spinewatch")
 _DAY = timedelta(days=1)
@@ -157,7 +158,10 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
     def _measured(self, work: StageWork, progress: Progress, take: EditedTake | None) -> MeasuredStage:
         """Return what is measured in the images; from the features of a take with a person's edits, if there is one."""
         axis = cast(Literal["x", "y", "auto"], work.spine_axis)
-        request = StageRequest(labels=work.vertebrae, spine_axis=axis, extra_levels=work.extra_levels)
+        models = work.measuring.models or (FLAT_10_14_18,)
+        request = StageRequest(
+            labels=work.vertebrae, spine_axis=axis, models=models, extra_levels=work.extra_levels
+        )
         measurer = self._measurer_for(work)
         pairs, measured = work.pairs, []
         progress("decode", 0.0)
@@ -179,7 +183,7 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
                 replace(one, measurement=decide(one.measurement, take.decisions, work.vertebrae))
                 for one in labelled
             ]
-        made = _VERSION, self._settings()
+        made = _VERSION, {**self._settings(), "markers": [model.name for model in models]}
         if len(pairs) > 1:
             result = burst_result(pairs, labelled, request.labels, work.reference_vertebra, made)
         else:
@@ -229,12 +233,13 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
         return relabelled if job_id is None else (*relabelled, job_id)
 
     def _measurer_for(self, work: StageWork) -> StageMeasurer:
-        rig_json = json.dumps(work.rig)
+        rig_json, sent = json.dumps(work.rig), work.measuring
         if work.revision is None:
-            return self._measurer(rig_json)
+            return self._measurer(rig_json, json.dumps(sent.parameters), sent.templates)
         changes, revised = work.revision.changes, work.revision.revised.result
         if isinstance(changes, Remeasurement):
-            wanted, templates = changes.parameters, changes.templates
+            wanted = with_changes(sent.parameters, changes.parameters)
+            templates = changes.templates or sent.templates
         else:
             wanted, templates = parameters_of(revised), revised.templates
         return self._measurer(rig_json, json.dumps(wanted, sort_keys=True), templates)

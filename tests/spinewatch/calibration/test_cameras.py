@@ -9,7 +9,7 @@ from spinewatch.calibration.errors import (
     PointsError,
     TooFewPointsError,
 )
-from spinewatch.calibration.plausibility import PlausibilityParameters
+from spinewatch.calibration.plausibility.limits import PlausibilityParameters
 from spinewatch.calibration.points import ImagePoints, Sensor
 from spinewatch.geometry.transforms import RigidTransform
 from spinewatch.simulation.rigs import converging_rig

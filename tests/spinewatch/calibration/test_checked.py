@@ -10,7 +10,7 @@ from spinewatch.calibration.errors import (
     PoorFitError,
     ShotsDisagreeError,
 )
-from spinewatch.calibration.plausibility import PlausibilityParameters
+from spinewatch.calibration.plausibility.limits import PlausibilityParameters
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot
 from spinewatch.calibration.solve.parameters import SolveParameters
 from tests.spinewatch.calibration.simulated import SENSOR, SENSORS, TABLE_3_3, moved_board, stereo_shot

@@ -12,7 +12,7 @@ from store import calibration_requests, calibrations, jobs
 from store.calibration_requests import NewRequest, NewShot
 from store.clock import utc_now
 from store.database import Database
-from store.tables import Job
+from store.tables.jobs import Job
 from tests.paths import SAMPLES
 from tests.store.builders import CLIENT, WORKER, image, new_request
 from workers.handlers.calibration import handler

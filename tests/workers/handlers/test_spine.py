@@ -7,9 +7,11 @@ from sqlalchemy import select
 from contract.job import JobState
 from contract.spine import StageSpine
 from settings import Settings
-from store import jobs, spine_setups, spines
+from store import jobs, leases, spine_setups, spines
 from store.database import Database
-from store.tables import Event, Job, Spine
+from store.tables.events import Event
+from store.tables.jobs import Job
+from store.tables.spines import Spine
 from tests.store.builders import (
     CLIENT,
     NOON,
@@ -84,7 +86,7 @@ def test_a_stage_that_is_measured_while_the_job_runs_is_computed_by_the_next_one
     measured(database, surgery, "POST", 2, "L1", "T11")
     job = submitted(database, surgery)
     with database.write() as session:
-        lease = jobs.claim(session, job, NOON, timedelta(seconds=60), 3, WORKER)
+        lease = leases.claim(session, job, NOON, timedelta(seconds=60), 3, WORKER)
     assert lease is not None
     made = handler(Settings())
     with database.read() as session:

@@ -17,11 +17,13 @@ from spinewatch.detection.candidates.templates import (
 from spinewatch.imaging.comparison import ComparisonParameters
 from spinewatch.pipeline import Parameters
 from spinewatch.tracking.synchronization import SynchronizationParameters
-from store import calibrations, jobs, measurements
+from store import calibrations, jobs, leases, measurements
 from store.calibration_checks import OLD
 from store.clock import utc_now
 from store.database import Database
-from store.tables import Job, Measurement, Stage
+from store.tables.jobs import Job
+from store.tables.measurements import Measurement
+from store.tables.stages import Stage
 from tests.store.builders import CLIENT, RIG, WORKER, new_stage, new_surgery, sample_pair
 from workers.handlers.stage import handler
 from workers.registry import Registry
@@ -88,7 +90,7 @@ def test_a_stage_that_repeats_an_earlier_one_is_flagged_whether_that_is_measured
     surgery, now = new_surgery(database), utc_now()
     first = new_stage(database, surgery, "PRE", sample_pair(), now - timedelta(hours=2), captured_at=now)
     with database.write() as session:  # another worker has it
-        jobs.claim(session, first.job.id, now, timedelta(seconds=5), 3, WORKER)
+        leases.claim(session, first.job.id, now, timedelta(seconds=5), 3, WORKER)
     again = new_stage(database, surgery, "POST", sample_pair(), now, captured_at=now - timedelta(hours=1))
     assert work_on(database, again).state is JobState.SUCCEEDED
     with database.read() as session:

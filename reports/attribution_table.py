@@ -1,0 +1,69 @@
+"""The table of how much of a change came with rotation and how much with distraction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from contract.spine import Attribution, Share, SpineChange
+from reports.measure_tables import Cell
+from reports.measure_text import amount, interval
+from reports.vertebra_tables import notes_by_reason
+
+
+@dataclass(frozen=True)
+class AttributionTable:
+    """Attribution of a change.
+
+    Attributes
+    ----------
+    title
+        Both stages.
+    rows
+        Subject, identifier of the definition, total, parts by rotation and by distraction, remainder.
+    notes
+        Why there is no attribution of a subject.
+    """
+
+    title: str
+    rows: tuple[tuple[str, str, Cell, Cell, Cell, str], ...]
+    notes: tuple[str, ...]
+
+
+def attribution_table(stage: str, change: SpineChange) -> AttributionTable:
+    """Return how much of a change came with rotation and how much with distraction.
+
+    Parameters
+    ----------
+    stage
+        Name of the later stage.
+    change
+        The change.
+
+    Returns
+    -------
+    AttributionTable
+        One row per curve or vertebra.
+    """
+    rows = tuple(
+        (
+            part.subject,
+            part.quantity,
+            _share(part.total, part),
+            _share(part.rotation, part),
+            _share(part.distraction, part),
+            amount(part.remainder, part.unit, signed=True),
+        )
+        for part in change.attribution
+    )
+    notes = notes_by_reason(f"{part.subject}: {part.reason}" for part in change.attribution if part.reason)
+    return AttributionTable(f"{stage} since {change.since.name}", rows, notes)
+
+
+def _share(share: Share, part: Attribution) -> Cell:
+    ends = interval(share.interval, part.unit, signed=True)
+    return Cell(
+        amount(share.value, part.unit, signed=True),
+        ends,
+        "" if share.value is not None else "not measured",
+        "",
+    )

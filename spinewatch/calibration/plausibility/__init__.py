@@ -1,0 +1,1 @@
+"""What a calibration must be: its points, its cameras and its fit."""
