@@ -58,6 +58,8 @@ _REQUESTS = _of(
 )
 _FURTHER = [
     *_of("service.plan_query", MAX_VERTEBRAE="vertebrae of a plan; 422"),
+    *_of("service.routes.points", MAX_POINTS="points of one request for their reconstruction; 422"),
+    *_of("contract.measuring", MAX_MARKERS="kinds of markers of a stage; 422"),
     *_of(
         "service.connection",
         _MIN_READ_RATE="bytes per second that a client reads at least, or it is disconnected",
@@ -140,7 +142,7 @@ _ACCESS = [
     ),
 ]
 _WORK = [
-    *_of("store.jobs", _MAX_STARTS="starts of a job, those included that were no fault of its own"),
+    *_of("store.leases", _MAX_STARTS="starts of a job, those included that were no fault of its own"),
     *_of("store.database", _BUSY_SECONDS="time that a transaction waits for another one on SQLite, s; 503"),
     *_of("store.events", MAX_DETAIL="characters of a detail in the list of events"),
     *_of(

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from datetime import datetime
 
     from contract.key import NewKey
-    from store.tables import ApiKey
+    from store.tables.access import ApiKey
 
 _SCOPES = "capture:write, stage:read, correct:write, admin"
 _MAX_LISTED = 10_000

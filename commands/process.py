@@ -6,14 +6,19 @@ import json
 import sys
 import warnings
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from commands.shared.files import write_text
 from commands.shared.labels import parse_extra_levels, parse_labels
 
+if TYPE_CHECKING:
+    from commands.shared.methods import Prepare
+
 SpineAxis = Literal["x", "y", "auto"]
+MethodName = Literal["default", "thesis-1995"]
+SizeReduction = Literal["sd", "mean", "none"]
 
 
 def process(  # noqa: PLR0913, PLR0917 - one argument per option
@@ -52,9 +57,24 @@ def process(  # noqa: PLR0913, PLR0917 - one argument per option
             show_default="flat-10-14-18",
         ),
     ] = None,
+    method: Annotated[
+        MethodName, typer.Option(help="Method of measurement: the default one, or that of the 1995 thesis.")
+    ] = "default",
     refine: Annotated[
-        bool, typer.Option("--refine", help="Discard candidates whose surroundings are unlike (eq. 5.11).")
-    ] = False,
+        bool | None,
+        typer.Option(
+            "--refine/--no-refine",
+            help="Discard candidates whose surroundings are unlike (eq. 5.11).",
+            show_default="no; yes with thesis-1995",
+        ),
+    ] = None,
+    size_reduction: Annotated[
+        SizeReduction | None,
+        typer.Option(
+            help="Statistic of the rows by which thesis-1995 finds the surgical field; none searches the image.",
+            show_default="sd with thesis-1995",
+        ),
+    ] = None,
     earlier: Annotated[
         Path | None,
         typer.Option(
@@ -64,7 +84,8 @@ def process(  # noqa: PLR0913, PLR0917 - one argument per option
     templates: Annotated[
         Path | None,
         typer.Option(
-            help="Template set from `spinewatch templates build`.", show_default="the built-in template set"
+            help="Template set from `spinewatch templates build`, or build-1995 with thesis-1995.",
+            show_default="the built-in one",
         ),
     ] = None,
     out: Annotated[
@@ -81,10 +102,11 @@ def process(  # noqa: PLR0913, PLR0917 - one argument per option
     extra = parse_extra_levels(extra_levels)
     names = parse_labels(labels, triads, extra)
     from commands.shared.measuring_options import (  # noqa: PLC0415 - as below
-        measuring_parameters,
         parse_markers,
+        parse_range,
         read_earlier_stage,
     )
+    from commands.shared.methods import MethodOptions  # noqa: PLC0415 - as below
     from commands.shared.pair import measure_pair  # noqa: PLC0415 - loads OpenCV and SciPy, which --help does not need
     from spinewatch.pipeline import StageRequest  # noqa: PLC0415 - as above
 
@@ -95,10 +117,21 @@ def process(  # noqa: PLR0913, PLR0917 - one argument per option
         known = None if earlier is None else read_earlier_stage(earlier)
         models = parse_markers(markers or ())
         request = StageRequest(names, spine_axis, len(names) or triads, models, known, extra)
-        parameters = measuring_parameters(range_mm, refine=refine)
-        document = measure_pair(left, right, rig, request, templates, explain, parameters)
+        options = MethodOptions(parse_range(range_mm), refine, templates, size_reduction)
+        document = measure_pair(left, right, rig, request, options, explain, _prepare(method))
     text = json.dumps(document, indent=2) + "\n"
     if out is None:
         sys.stdout.write(text)
     else:
         write_text(out, text)
+
+
+def _prepare(method: MethodName) -> Prepare:
+    """Return what makes a method ready for a rig."""
+    if method == "thesis-1995":
+        from commands.programs_1995.method import prepare_published  # noqa: PLC0415 - as above
+
+        return prepare_published
+    from commands.shared.methods import prepare_default  # noqa: PLC0415 - as above
+
+    return prepare_default

@@ -93,7 +93,7 @@ def purge(
 def _confirm(database: Database, surgery_id: str) -> None:
     """Raise ``PurgeError`` unless the case number is typed."""
     from store.errors import NotFoundError  # noqa: PLC0415 - --help does not need it
-    from store.tables import Surgery  # noqa: PLC0415
+    from store.tables.surgeries import Surgery  # noqa: PLC0415
 
     with database.read() as session:
         row = session.get(Surgery, surgery_id)

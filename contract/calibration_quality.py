@@ -25,7 +25,8 @@ from contract.calibration import (
 from contract.flag import Flag
 from contract.rig import Rig
 from spinewatch.calibration import from_images
-from spinewatch.calibration.plausibility import PlausibilityParameters, fit_limits
+from spinewatch.calibration.plausibility.fit import fit_limits
+from spinewatch.calibration.plausibility.limits import PlausibilityParameters
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot
 from spinewatch.calibration.quality.accuracy import TABLE_3_4_SD_MM, common_points
 from spinewatch.calibration.quality.size_accuracy import size_accuracy

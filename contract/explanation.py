@@ -180,6 +180,7 @@ class Explanation(Schema):
         ]
         points = found.points.take(np.arange(min(len(found.points), MAX_POINTS)))
         return cls(
+            method=found.method,
             left=_candidates(measurement.left, found.uses[0]),
             right=_candidates(measurement.right, found.uses[1]),
             points=[

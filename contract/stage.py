@@ -14,6 +14,7 @@ from contract.features import ExposurePair, FeaturePair, FieldPair
 from contract.flag import Flag
 from contract.image import ImagePair
 from contract.job import Job, JobState
+from contract.measuring import Measuring
 from contract.revision import RemovedTriad, Revision
 from contract.triad import Triad
 
@@ -179,6 +180,12 @@ class Stage(Schema):
     revision: Annotated[
         Revision | None,
         Field(description="What was changed of an earlier take; null for a take with images of its own."),
+    ] = None
+    measuring: Annotated[
+        Measuring | None,
+        Field(
+            description="What was sent of the measurement with the images; null for a revision, or for nothing."
+        ),
     ] = None
 
 

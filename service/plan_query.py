@@ -14,6 +14,9 @@ from spinewatch.levels import LevelError, vertebra_names
 from spinewatch.markers import TriadModel, flat_triad
 from spinewatch.planning.plan import PlanParameters, planned_heights
 from spinewatch.planning.planned_rig import planned_rig
+from spinewatch.rig_files.rig_json import rig_from_dict
+from store import calibrations
+from store.database import Database
 
 MAX_VERTEBRAE = 24
 _EXTRA_LEVELS = ("T13", "L6")
@@ -75,6 +78,15 @@ class RigQuery:
             )
         except RigError as error:
             raise InvalidInputError(error.field, error, part="query") from error
+
+
+def rig_of(query: RigQuery, database: Database) -> Rig:
+    """Return the rig of a plan: of the calibration that is named, or the planned one."""
+    if query.calibration_id is None:
+        return query.planned()
+    query.require_calibration_alone()
+    with database.read() as session:
+        return rig_from_dict(calibrations.get(session, query.calibration_id).rig)
 
 
 @dataclass(frozen=True)

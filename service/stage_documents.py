@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contract.burst import LabelSource
 from contract.flag import Flag
+from contract.measuring import Measuring
 from contract.revision import Revision
 from contract.stage import CountPair, Stage
 from service.images import image_pair
@@ -11,7 +12,7 @@ from service.routes.jobs import job_of
 from store import tables
 
 
-def stage_document(row: tables.Stage) -> Stage:
+def stage_document(row: tables.stages.Stage) -> Stage:
     """Return the model of a row with its images, job and measurement."""
     measured = row.measurement
     counts = {} if measured is None else {features.side: features.count for features in measured.features}
@@ -35,10 +36,17 @@ def stage_document(row: tables.Stage) -> Stage:
         version=None if measured is None else measured.result["version"],
         labelled_by=None if measured is None else label_source(measured.result),
         revision=revision_document(row),
+        measuring=_measuring(row),
     )
 
 
-def revision_document(row: tables.Stage) -> Revision | None:
+def _measuring(row: tables.stages.Stage) -> Measuring | None:
+    if row.revised_take is not None or row.changes is None:
+        return None
+    return Measuring.model_validate(row.changes)
+
+
+def revision_document(row: tables.stages.Stage) -> Revision | None:
     """Return what a take changes of an earlier one, None for a take with images of its own."""
     if row.revised_take is None:
         return None
@@ -47,7 +55,7 @@ def revision_document(row: tables.Stage) -> Revision | None:
     )
 
 
-def label_source(result: tables.Document) -> LabelSource | None:
+def label_source(result: tables.base.Document) -> LabelSource | None:
     """Return what decided on the labels of a result; results of earlier versions have none."""
     source = result.get("labelled_by")
     return None if source is None else LabelSource.model_validate(source)

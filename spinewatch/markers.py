@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
@@ -17,6 +17,9 @@ _FLAT_VOLUME_MM3 = 1.0
 
 _MIN_EXTENT_MM = 1.0
 """Three balls whose second principal extent is smaller than this lie on a line."""
+
+_MAX_LEG_MM = 500.0
+"""Longest leg of a marker that is described by a text."""
 
 _MIN_DISTANCE_DIFFERENCE_MM = 1.0
 """Distances of a marker of three balls must differ by this much to identify the balls."""
@@ -222,6 +225,12 @@ FLAT_10_14_18 = flat_triad()
 MODELS: Mapping[str, TriadModel] = {FLAT_10_14_18.name: FLAT_10_14_18}
 """Markers by name."""
 
+_KINDS: Mapping[str, Callable[[float, float, float], TriadModel]] = {
+    "flat": flat_triad,
+    "orthogonal": orthogonal_triad,
+}
+"""Markers by the kind of their legs."""
+
 
 def marker(name: str) -> TriadModel:
     """Return a known marker by its name.
@@ -249,6 +258,45 @@ def marker(name: str) -> TriadModel:
     if name not in MODELS:
         raise ParameterError(f"marker {name!r} is not known; use one of: {', '.join(sorted(MODELS))}")
     return MODELS[name]
+
+
+def parse_marker(text: str) -> TriadModel:
+    """Return the marker of a text.
+
+    Parameters
+    ----------
+    text
+        A key of `MODELS`, or ``flat:XX,YY,MX`` or ``orthogonal:XX,YY,ZZ`` with the lengths of the legs, mm.
+
+    Returns
+    -------
+    TriadModel
+        The marker.
+
+    Raises
+    ------
+    ParameterError
+        If no marker has this name, the lengths are not three positive numbers, or its balls cannot be identified.
+
+    Examples
+    --------
+    >>> parse_marker("flat:18,14,10").name
+    'flat-10-14-18'
+    """
+    kind, separator, legs = text.partition(":")
+    if not separator:
+        return marker(text)
+    if kind not in _KINDS:
+        raise ParameterError(
+            f"marker {text!r} is none of {', '.join(sorted(MODELS))}, flat:... or orthogonal:..."
+        )
+    try:
+        xx, yy, third = (float(length) for length in legs.split(","))
+    except ValueError as error:
+        raise ParameterError(f"marker {text!r} must have 3 numbers, like {kind}:18,14,10") from error
+    if not all(0 < length <= _MAX_LEG_MM for length in (xx, yy, third)):
+        raise ParameterError(f"marker {text!r} must have lengths above 0 and up to {_MAX_LEG_MM:g} mm")
+    return _KINDS[kind](xx, yy, third)
 
 
 def _volume_signs(balls_mm: Float) -> Float:

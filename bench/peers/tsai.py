@@ -11,9 +11,10 @@ from spinewatch.camera import Camera
 from spinewatch.geometry.rotations import angles_from_rotation, nearest_rotation
 
 
-def tsai_two_stage(points: ImagePoints, sensor: Sensor) -> Camera:
+def tsai_two_stage(points: ImagePoints, sensor: Sensor, *, use_scale: bool = False) -> Camera:
     """Return a camera by the radial alignment constraint, then f, Tz and K1; the principal point is the centre.
 
+    Stage 1 gives the horizontal scale sx of the sensor too, by which the width of its pixels is divided on request.
     Stage 1 is linear in seven unknowns: a point and its image lie on one radius from the centre, whatever the
     distortion and focal length. Stage 2 is linear without distortion, then adjusts three unknowns.
     """
@@ -28,6 +29,10 @@ def tsai_two_stage(points: ImagePoints, sensor: Sensor) -> Camera:
     far = int(np.argmax((xy**2).sum(axis=1)))
     if (M[0] @ X[far] + T[0]) * x[far] < 0 or (M[1] @ X[far] + T[1]) * y[far] < 0:
         M, T = _orientation(a, -ty)
+    if use_scale:
+        sx = float(np.linalg.norm(a[:3])) * ty
+        sensor = Sensor(sensor.image_size_px, (sensor.pixel_size_mm[0] / sx, sensor.pixel_size_mm[1]))
+        xy = sensor.camera().plate(points.pixels)
     across = X @ M[:2].T + T
     along = X @ M[2]  # Xc[2] = along + Tz, negative in view
     B = np.column_stack([-across.T.ravel(), -xy.T.ravel()])

@@ -12,7 +12,19 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from bench.tables import Bar, Grid, bars
-from bench.thesis import calibration, detection, matching, motion, times
+from bench.thesis import (
+    calibration,
+    ceiling,
+    colour,
+    detection,
+    look_up,
+    matching,
+    materials,
+    motion,
+    times,
+    tsai,
+    uncertainty,
+)
 from bench.thesis.printed import SAMPLES
 
 Part = tuple[Sequence[Grid], Sequence[Bar]]
@@ -23,6 +35,12 @@ PARTS: Mapping[str, Callable[[Path], Part]] = {
     "matching": matching.part,
     "motion": lambda _: motion.part(),
     "times": lambda _: times.part(),
+    "uncertainty": uncertainty.part,
+    "tsai": lambda _: tsai.part(),
+    "ceiling": lambda _: ceiling.part(),
+    "look-up": look_up.part,
+    "colour": lambda _: colour.part(),
+    "materials": lambda _: materials.part(),
 }
 
 

@@ -18,7 +18,7 @@ from spinewatch.calibration.solve.collinearity import camera_vector
 from spinewatch.calibration.solve.parameters import SolveParameters
 from spinewatch.calibration.stereo import calibrate_stereo
 from spinewatch.geometry.transforms import RigidTransform
-from spinewatch.planning.control_field_trial import visible_in_both
+from spinewatch.planning.field_view import visible_in_both
 from spinewatch.rig_files.plate_origin import about_principal_point
 from spinewatch.simulation.rigs import table_3_3_rig
 

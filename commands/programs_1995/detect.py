@@ -26,7 +26,7 @@ def detect(
 ) -> None:
     """Find ball features in one image by the method of 1995 and write them as FEATURES.DAT."""
     from commands.programs_1995.explanation import write_detection  # noqa: PLC0415 - loads OpenCV and SciPy
-    from commands.programs_1995.inputs import feature_list  # noqa: PLC0415
+    from commands.programs_1995.inputs import STATISTICS, feature_list  # noqa: PLC0415
     from commands.shared.calibration_options import two_numbers  # noqa: PLC0415
     from commands.shared.files import read_bytes, write_text  # noqa: PLC0415
     from spinewatch.errors import ImageError  # noqa: PLC0415
@@ -34,11 +34,10 @@ def detect(
     from spinewatch.imaging.frame import Frame  # noqa: PLC0415
     from spinewatch.thesis_1995.data_files import format_features  # noqa: PLC0415
     from spinewatch.thesis_1995.detect_point import DetectPointParameters, detect_point  # noqa: PLC0415
-    from spinewatch.thesis_1995.preprocessing import PreprocessingParameters, SegmentStatistic  # noqa: PLC0415
+    from spinewatch.thesis_1995.preprocessing import PreprocessingParameters  # noqa: PLC0415
 
-    statistics = {"sd": SegmentStatistic.STANDARD_DEVIATION, "mean": SegmentStatistic.MEAN, "none": None}
     parameters = DetectPointParameters(
-        preprocessing=PreprocessingParameters(statistic=statistics[size_reduction]),
+        preprocessing=PreprocessingParameters(statistic=STATISTICS[size_reduction]),
         expected_features=features,
     )
     try:

@@ -14,9 +14,13 @@ from spinewatch.detection.features import Features
 from spinewatch.errors import SpinewatchError
 from spinewatch.rig_files.formats import parse_rig_files
 from spinewatch.thesis_1995.data_files import FeatureList, parse_features
+from spinewatch.thesis_1995.preprocessing import SegmentStatistic
 
 SIGMA_PX = 0.67
 """Standard deviation of a feature without one of its own, px: that of Table 4.4."""
+
+STATISTICS = {"sd": SegmentStatistic.STANDARD_DEVIATION, "mean": SegmentStatistic.MEAN, "none": None}
+"""Statistic of the rows by which the surgical field is found, by its name in --size-reduction."""
 
 
 def read_cameras(path: Path) -> Rig:

@@ -34,7 +34,7 @@ ANOMALIES = (
         "3.5.4",
         "A message is deleted when a worker takes it: there is no acknowledgement.",
         "A worker that is killed would lose its job.",
-        "The job's row under a lease decides; a sweep enqueues again what has stalled (store/jobs.py,"
+        "The job's row under a lease decides; a sweep enqueues again what has stalled (store/leases.py,"
         " workers/sweep.py).",
         "tests/http/test_kill.py",
     ),

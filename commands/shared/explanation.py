@@ -9,12 +9,14 @@ import cv2
 import numpy as np
 
 from commands.shared.files import make_folder, write_bytes, write_text
+from commands.shared.methods import Method
+from commands.shared.pixels import gray_levels
 from contract.explanation import Explanation, ImageCandidates
 from contract.features import Feature
 from contract.stage import StageResult
-from spinewatch.arrays import Floating, Pixels
+from spinewatch.arrays import Pixels
 from spinewatch.imaging.frame import Frame
-from spinewatch.pipeline import StageMeasurement, StageMeasurer
+from spinewatch.pipeline import StageMeasurement, StageRequest
 
 _CHOSEN, _REJECTED, _ALONE = (115, 158, 0), (0, 159, 230), (160, 160, 160)
 """Blue, green and red of features that are balls, of those in rejected triads only, and of the others."""
@@ -26,9 +28,13 @@ _SCALE = 3
 
 
 def write_explanation(
-    folder: Path, measurer: StageMeasurer, frames: tuple[Frame, Frame], measurement: StageMeasurement
+    folder: Path,
+    method: Method,
+    frames: tuple[Frame, Frame],
+    request: StageRequest,
+    measurement: StageMeasurement,
 ) -> None:
-    """Write ``explanation.json`` and, for each view, its tone, activity, feature space and candidates as PNG.
+    """Write ``explanation.json``, the candidates of each view as PNG, and the steps of the method.
 
     Raises ``OutputError`` if the folder cannot be written.
     """
@@ -42,26 +48,16 @@ def write_explanation(
     }
     write_text(folder / "explanation.json", json.dumps(document, indent=1) + "\n")
     features = (measurement.left.features, measurement.right.features)
-    shown = (explanation.left, explanation.right)
-    for frame, maps, found, candidates in zip(frames, measurer.maps(*frames), features, shown, strict=True):
-        if maps is not None:
-            for name in ("tone", "activity", "feature_space"):
-                path = folder / f"{frame.side}-{name.replace('_', '-')}.png"
-                write_bytes(path, _png(_gray(getattr(maps, name))))
-        drawn = _drawn(frame, Feature.of(found), candidates)
-        write_bytes(folder / f"{frame.side}-candidates.png", _png(drawn))
-
-
-def _gray(plane: Floating) -> Pixels:
-    """Return a plane (H, W) with its range spread over the gray levels."""
-    low, high = float(plane.min()), float(plane.max())
-    return np.asarray(np.rint((plane - low) * (255 / max(high - low, 1e-9))), dtype=np.uint8)
+    for frame, found, shown in zip(frames, features, (explanation.left, explanation.right), strict=True):
+        drawn = _drawn(frame, Feature.of(found), shown)
+        write_bytes(folder / f"{frame.side}-candidates.png", bytes(cv2.imencode(".png", drawn)[1]))
+    method.write_steps(folder, frames, request)
 
 
 def _drawn(frame: Frame, features: list[Feature], candidates: ImageCandidates) -> Pixels:
     """Return the image (H, W, 3) with the 3-sigma ellipse of each feature, and the names of the balls."""
     size = (frame.size_px[0] * _SCALE, frame.size_px[1] * _SCALE)
-    gray = cv2.resize(_gray(frame.gray()), size, interpolation=cv2.INTER_NEAREST)
+    gray = cv2.resize(gray_levels(frame.gray()), size, interpolation=cv2.INTER_NEAREST)
     image = cv2.cvtColor(gray, cv2.COLOR_GRAY2BGR)
     for feature, use in zip(features, candidates.features, strict=True):
         chosen = use.candidate is not None
@@ -88,7 +84,3 @@ def _ellipse(feature: Feature) -> tuple[tuple[int, int], float]:
     axes = np.maximum(np.rint(_SIGMAS * _SCALE * np.sqrt(np.maximum(values, 0))), _MIN_AXIS_PX)
     angle = float(np.degrees(np.arctan2(vectors[1, 1], vectors[0, 1])))
     return (int(axes[1]), int(axes[0])), angle
-
-
-def _png(image: Pixels) -> bytes:
-    return bytes(cv2.imencode(".png", image)[1])

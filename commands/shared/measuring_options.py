@@ -3,40 +3,30 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 
 from commands.shared.files import InputError, read_text
+from contract import measuring
 from contract.stage import StageResult
 from spinewatch.errors import ParameterError
-from spinewatch.markers import FLAT_10_14_18, MODELS, TriadModel, flat_triad, marker, orthogonal_triad
-from spinewatch.pipeline import Parameters
+from spinewatch.markers import FLAT_10_14_18, TriadModel, parse_marker
 from spinewatch.triads.labels import KnownConfiguration
 
-_KINDS: Mapping[str, Callable[..., TriadModel]] = {"flat": flat_triad, "orthogonal": orthogonal_triad}
-_LEGS = 3
 
-
-def measuring_parameters(range_mm: str | None, *, refine: bool) -> Parameters:
-    """Return the parameters of --range and --refine."""
-    parameters = Parameters()
-    matching = parameters.search.matching
-    if range_mm is not None:
-        near, far = _numbers(range_mm, 2, "--range", "630,760")
-        if not 0 < near < far:
-            raise ParameterError(
-                f"--range {range_mm!r} must be the nearest and the farthest range, mm: 630,760"
-            )
-        matching = replace(matching, epipolar=replace(matching.epipolar, range_mm=(near, far)))
-    if refine:
-        matching = replace(matching, refinement=replace(matching.refinement, enabled=True))
-    return replace(parameters, search=replace(parameters.search, matching=matching))
+def parse_range(text: str | None) -> tuple[float, float] | None:
+    """Return the nearest and the farthest range of --range, mm."""
+    try:
+        return None if text is None else measuring.parse_range(text)
+    except ValueError as error:
+        raise ParameterError(
+            f"--range {text!r} must be the nearest and the farthest range, mm: 630,760"
+        ) from error
 
 
 def parse_markers(texts: Sequence[str]) -> tuple[TriadModel, ...]:
-    """Return the markers of --marker: names, or flat:XX,YY,MX and orthogonal:XX,YY,ZZ with the lengths of the legs."""
-    return tuple(_marker(text) for text in texts) or (FLAT_10_14_18,)
+    """Return the markers of --marker, by default the flat marker of the thesis."""
+    return tuple(parse_marker(text) for text in texts) or (FLAT_10_14_18,)
 
 
 def read_earlier_stage(path: Path) -> KnownConfiguration:
@@ -54,27 +44,3 @@ def read_earlier_stage(path: Path) -> KnownConfiguration:
     if len(poses) < 2:
         raise InputError(f"{path} has fewer than two labelled triads; measure it with --labels")
     return KnownConfiguration(poses={label: pose for label, pose in poses.items() if pose is not None})
-
-
-def _marker(text: str) -> TriadModel:
-    kind, separator, legs = text.partition(":")
-    if not separator:
-        return marker(text)
-    if kind not in _KINDS:
-        raise ParameterError(
-            f"--marker {text!r} is none of {', '.join(sorted(MODELS))}, flat:... or orthogonal:..."
-        )
-    lengths = _numbers(legs, _LEGS, "--marker", f"{kind}:18,14,10")
-    if min(lengths) <= 0:
-        raise ParameterError(f"--marker {text!r} must have positive lengths, mm")
-    return _KINDS[kind](*lengths)
-
-
-def _numbers(text: str, count: int, option: str, example: str) -> tuple[float, ...]:
-    try:
-        values = tuple(float(part) for part in text.split(","))
-    except ValueError as error:
-        raise ParameterError(f"{option} {text!r} must be numbers, like {example}") from error
-    if len(values) != count:
-        raise ParameterError(f"{option} {text!r} must be {count} numbers, like {example}")
-    return values

@@ -9,21 +9,16 @@ from typing import Any
 
 from commands.shared.explanation import write_explanation
 from commands.shared.files import read_bytes
+from commands.shared.methods import MethodOptions, Prepare, prepare_default
 from commands.shared.rig import read_rig
 from commands.shared.stopwatch import Stopwatch
 from contract.stage import StageResult
 from spinewatch.arrays import Pixels
-from spinewatch.detection.candidates.templates import (
-    TemplateError,
-    TemplateSet,
-    default_template_set,
-    read_template_set,
-)
 from spinewatch.errors import ImageError, ImageSizeError, SameImageError
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import Frame
 from spinewatch.imaging.header import inspect_image
-from spinewatch.pipeline import Parameters, StageMeasurer, StageRequest
+from spinewatch.pipeline import StageRequest
 
 _LAST = ("parameters", "features")
 """Long parts of a stage document, printed after the rest."""
@@ -34,17 +29,16 @@ def measure_pair(
     right: Path,
     rig_path: Path,
     request: StageRequest,
-    templates_path: Path | None = None,
+    options: MethodOptions | None = None,
     explain: Path | None = None,
-    parameters: Parameters | None = None,
+    prepare: Prepare = prepare_default,
 ) -> dict[str, Any]:
     """Return the stage document of two image files, with ``timings_ms`` per step and in total.
 
-    With a folder ``explain`` the images of each step and the candidates are written there.
+    ``prepare`` makes the method ready. With a folder ``explain`` its steps and the candidates are written there.
     Raises a ``SpinewatchError`` that names the file and what is wrong with it.
     """
     rig = read_rig(rig_path)
-    templates = _templates(templates_path)
     left_bytes, right_bytes = read_bytes(left), read_bytes(right)
     if left_bytes == right_bytes:
         raise SameImageError(f"{left} and {right} are the same image; give the left and the right one")
@@ -56,24 +50,15 @@ def measure_pair(
     )
     clock("prepare")
     with ThreadPoolExecutor(max_workers=1) as pool:
-        measurer = StageMeasurer(rig, parameters, templates, pool)
-        measurement = measurer.measure(*frames, request, clock, explained=explain is not None)
-    timings = clock.stop()
-    if explain is not None:
-        write_explanation(explain, measurer, frames, measurement)
+        method = prepare(rig, options or MethodOptions(), pool)
+        measurement = method.measurer.measure(*frames, request, clock, explained=explain is not None)
+        timings = clock.stop()
+        if explain is not None:
+            write_explanation(explain, method, frames, request, measurement)
     result = StageResult.of(measurement, version("spinewatch"))
     document = result.model_dump(mode="json")
     long = {name: document.pop(name) for name in _LAST}
     return {**document, "timings_ms": timings, **long}
-
-
-def _templates(path: Path | None) -> TemplateSet:
-    if path is None:
-        return default_template_set()
-    try:
-        return read_template_set(read_bytes(path))
-    except TemplateError as error:
-        raise TemplateError(f"{path}: {error}") from error
 
 
 def decode_file(path: Path, data: bytes, calibrated_px: tuple[int, int]) -> Pixels:

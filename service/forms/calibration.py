@@ -18,7 +18,7 @@ from spinewatch.errors import ImageError, ImageSizeError, SameImageError
 from spinewatch.imaging.header import MAX_PIXELS
 from store.calibration_requests import NewRequest, NewShot
 from store.images import NewImage
-from store.tables import Document
+from store.tables.base import Document
 
 MAX_SHOTS = 20
 _MAX_TOTAL_PIXELS = 2 * MAX_PIXELS

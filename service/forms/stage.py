@@ -9,13 +9,14 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field
 
 from contract.base import Identifier, StageName
+from contract.measuring import MAX_MARKERS, MarkerText, Measuring, RangeText
 from service.forms.images import File, read_image
 from service.parameters import TextTime, TimeImplausibleError, require_plausible_time
 from service.problems import InvalidInputError
 from spinewatch.errors import ImageSizeError, SameImageError, SpinewatchError
 from store.images import NewImage
 from store.stage_submission import NewPair, NewStage
-from store.tables import Calibration
+from store.tables.calibrations import Calibration
 
 MAX_PAIRS = 60
 _SIDES = ("left", "right")
@@ -73,6 +74,28 @@ class StageForm(BaseModel):
             description="Whether a stage that was measured is taken again; its takes are all kept.",
         ),
     ] = False
+    range_mm: RangeText | None = None
+    marker: Annotated[
+        list[MarkerText],
+        Field(max_length=MAX_MARKERS, description="Marker in use; the part is repeated, once per kind."),
+    ] = []
+    refine: Annotated[
+        bool | None,
+        Field(
+            strict=False,
+            description="Whether candidates with unlike surroundings are discarded (thesis eq. 5.11).",
+        ),
+    ] = None
+    templates: Annotated[
+        str | None, Field(max_length=64, description="Version of the template set of the workers.")
+    ] = None
+
+    @property
+    def measuring(self) -> Measuring:
+        """What is known of the pair, and how it is to be measured."""
+        return Measuring(
+            range_mm=self.range_mm, markers=self.marker, refine=self.refine, templates=self.templates
+        )
 
 
 def read_stage(form: StageForm, now: datetime, tolerance: timedelta) -> NewStage:
@@ -96,6 +119,7 @@ def read_stage(form: StageForm, now: datetime, tolerance: timedelta) -> NewStage
         first.left_exposed_at,
         first.right_exposed_at,
         further,
+        form.measuring,
     )
 
 

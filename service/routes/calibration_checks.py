@@ -47,7 +47,7 @@ def list_calibration_checks(
     return document_response(checks, part.if_none_match)
 
 
-def _check(stage: tables.Stage, calibration: tables.Calibration) -> CalibrationCheck:
+def _check(stage: tables.stages.Stage, calibration: tables.calibrations.Calibration) -> CalibrationCheck:
     """Return the model of a row with its measurement."""
     result = {"rig_check": None, "flags": []} if stage.measurement is None else stage.measurement.result
     drift = result["rig_check"]

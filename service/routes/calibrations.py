@@ -216,13 +216,13 @@ def get_calibration_image(
 
 
 def _detail(
-    row: tables.Calibration, brief: CalibrationBrief | None, checks: ChecksSummary
+    row: tables.calibrations.Calibration, brief: CalibrationBrief | None, checks: ChecksSummary
 ) -> CalibrationDetail:
     report = None if row.report is None else _report(row.report)
     return CalibrationDetail.model_validate({**_fields(row, brief), "report": report, "checks": checks})
 
 
-def _fields(row: tables.Calibration, brief: CalibrationBrief | None) -> dict[str, Any]:
+def _fields(row: tables.calibrations.Calibration, brief: CalibrationBrief | None) -> dict[str, Any]:
     return {
         "id": row.id,
         "name": row.name,
@@ -234,7 +234,7 @@ def _fields(row: tables.Calibration, brief: CalibrationBrief | None) -> dict[str
     }
 
 
-def _report(row: tables.CalibrationReport) -> CalibrationReport:
+def _report(row: tables.calibrations.CalibrationReport) -> CalibrationReport:
     """Return the model of a row with its request, shots and images; shots are named by their number."""
     shots = []
     for shot in row.report["shots"]:

@@ -18,16 +18,16 @@ from service.paging import CreatedDep, CreatedSort, Paging, PartDep, StateFilter
 from service.parameters import JobId
 from service.problems import problem
 from service.watch import WatchDep
-from store import job_lists, jobs, tables
+from store import job_lists, jobs, leases, tables
 from store.clock import utc_now
 from store.database import Database
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
 
-def job_of(row: tables.Job, stage: tables.Stage | None) -> Job:
+def job_of(row: tables.jobs.Job, stage: tables.stages.Stage | None) -> Job:
     """Return the model of a row; ``stage`` is the one that the job measures, if any."""
-    calibrates = row.kind == tables.CALIBRATION_JOB and row.state is JobState.SUCCEEDED
+    calibrates = row.kind == tables.jobs.CALIBRATION_JOB and row.state is JobState.SUCCEEDED
     return Job(
         id=row.id,
         kind=row.kind,
@@ -105,8 +105,8 @@ def _read(database: Database, job_id: str) -> Job:
         return job_of(row, row.stage)
 
 
-def _error(row: tables.Job) -> Problem | None:
+def _error(row: tables.jobs.Job) -> Problem | None:
     if row.error is None:
         return None
     code = row.error["code"]
-    return problem(500 if code == jobs.ATTEMPTS_EXHAUSTED else 422, row.error["detail"], code)
+    return problem(500 if code == leases.ATTEMPTS_EXHAUSTED else 422, row.error["detail"], code)

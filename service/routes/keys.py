@@ -62,6 +62,6 @@ def revoke_key(prefix: Prefix, database: DatabaseDep, actor: ActorDep) -> Key:
         return key_of(keys.revoke(session, prefix, utc_now(), actor))
 
 
-def key_of(row: tables.ApiKey) -> Key:
+def key_of(row: tables.access.ApiKey) -> Key:
     """Return the model of a row."""
     return Key.model_validate(row)

@@ -99,7 +99,7 @@ def _bodies(work: SpineWork, start: str, end: str) -> tuple[BodyMotion | None, s
     ), None
 
 
-def _reference(stage: tables.Stage) -> StageReference:
+def _reference(stage: tables.stages.Stage) -> StageReference:
     return StageReference(name=stage.name, take=stage.take, calibration_id=stage.calibration_id)
 
 

@@ -9,18 +9,14 @@ from fastapi import APIRouter, Depends, Response
 from contract.plan import AccuracyPlan, DisparityPlan
 from service.dependencies import DatabaseDep, problems
 from service.etags import NOT_MODIFIED, IfNoneMatch, document_response
-from service.plan_query import DepthQuery, MarkerQuery, RigQuery, TriadsQuery
+from service.plan_query import DepthQuery, MarkerQuery, RigQuery, TriadsQuery, rig_of
 from service.problems import InvalidInputError
-from spinewatch.camera import Rig
 from spinewatch.errors import ParameterError
 from spinewatch.planning.accuracy import straight_chain
 from spinewatch.planning.disparity import disparity_grid
 from spinewatch.planning.marker_design import MarkerDesignParameters, design_marker
 from spinewatch.planning.plan import make_plan
-from spinewatch.rig_files.rig_json import rig_from_dict
 from spinewatch.simulation.rigs import convergence_point
-from store import calibrations
-from store.database import Database
 
 router = APIRouter(prefix="/v1/plans", tags=["plans"])
 
@@ -39,7 +35,7 @@ def get_accuracy_plan(
     The rig is that of a calibration, or two equal cameras without distortion, side by side along X at the same height,
     whose axes meet at the origin.
     """
-    rig = _rig(rig_query, database)
+    rig = rig_of(rig_query, database)
     parameters = triads.parameters(depth.heights_mm())
     model = marker.legs()
     if marker.disc_radius_mm is not None:
@@ -67,16 +63,7 @@ def get_disparity_plan(
     if_none_match: IfNoneMatch = None,
 ) -> Response:
     """Get the disparities of a rig over its field of view and a range of depth."""
-    rig = _rig(rig_query, database)
+    rig = rig_of(rig_query, database)
     heights, middle = depth.heights_mm(), float(convergence_point(rig)[2])
     grid = disparity_grid(rig, (heights[0] + middle, heights[-1] + middle), len(heights))
     return document_response(DisparityPlan.of(grid, rig.name, middle), if_none_match)
-
-
-def _rig(query: RigQuery, database: Database) -> Rig:
-    """Return the rig of a plan."""
-    if query.calibration_id is None:
-        return query.planned()
-    query.require_calibration_alone()
-    with database.read() as session:
-        return rig_from_dict(calibrations.get(session, query.calibration_id).rig)

@@ -173,7 +173,7 @@ def _view(
     return views[identifier]
 
 
-def _radiograph(row: tables.Radiograph) -> Radiograph:
+def _radiograph(row: tables.spines.Radiograph) -> Radiograph:
     return Radiograph.model_validate(
         {
             "id": row.id,

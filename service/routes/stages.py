@@ -208,7 +208,10 @@ def get_image(
 
 
 def _edited_pairs(
-    session: Session, edits: TriadEdits, revised: tables.Stage, measured: tables.Measurement
+    session: Session,
+    edits: TriadEdits,
+    revised: tables.stages.Stage,
+    measured: tables.measurements.Measurement,
 ) -> dict[int, EditedPair | None]:
     """Return the pairs that edits of ball centres name; None for one that the stage has not."""
     found: dict[int, EditedPair | None] = {}

@@ -98,7 +98,7 @@ def delete_surgery(
         retention.delete(session, surgery_id, reason, utc_now(), actor)
 
 
-def _surgery(row: tables.Surgery) -> Surgery:
+def _surgery(row: tables.surgeries.Surgery) -> Surgery:
     return Surgery.model_validate(
         {
             "id": row.id,
@@ -113,7 +113,7 @@ def _surgery(row: tables.Surgery) -> Surgery:
     )
 
 
-def _summary(stage: tables.Stage) -> StageSummary:
+def _summary(stage: tables.stages.Stage) -> StageSummary:
     return StageSummary(
         name=stage.name,
         take=stage.take,

@@ -14,6 +14,7 @@ from spinewatch.calibration.quality.accuracy import shot_accuracy
 from spinewatch.calibration.solve.parameters import SolveParameters
 from spinewatch.calibration.stereo import calibrate_stereo
 from spinewatch.camera import Camera, Rig
+from spinewatch.planning.field_view import visible_in_both
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,32 +117,6 @@ def try_control_field(
     return ControlFieldTrial(
         ids, (trials - len(errors)) / trials, calibration_sd, verification_sd, tuple(errors)
     )
-
-
-def visible_in_both(rig: Rig, field: ControlField, margin_px: float = 0.0) -> tuple[str, ...]:
-    """Return the control points that lie inside both images.
-
-    Parameters
-    ----------
-    rig
-        The cameras.
-    field
-        The control field.
-    margin_px
-        Minimum distance from the borders of the images, px.
-
-    Returns
-    -------
-    tuple of str
-        Ids, in the order of the field.
-    """
-    visible = np.ones(len(field), dtype=bool)
-    for camera in (rig.left, rig.right):
-        with np.errstate(all="ignore"):
-            pixels = camera.project(field.points_mm)
-            last = np.array(camera.image_size_px) - 1 - margin_px
-            visible &= np.all((pixels >= margin_px) & (pixels <= last), axis=1)
-    return tuple(id_ for id_, ok in zip(field.ids, visible, strict=True) if ok)
 
 
 def _sensor(camera: Camera) -> Sensor:

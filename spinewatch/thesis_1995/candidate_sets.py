@@ -148,8 +148,8 @@ def refine_sets(
     rho = left @ right.T
     refined = replace(
         sets,
-        of_left=sets.of_left & _near_greatest(rho, sets.of_left, 1, parameters.similarity_ratio),
-        of_right=sets.of_right & _near_greatest(rho, sets.of_right, 0, parameters.similarity_ratio),
+        of_left=sets.of_left & near_greatest(rho, sets.of_left, 1, parameters.similarity_ratio),
+        of_right=sets.of_right & near_greatest(rho, sets.of_right, 0, parameters.similarity_ratio),
     )
     return refined, rho
 
@@ -199,7 +199,28 @@ def _near_segments(rays: Rays, others: Rays, limits_mm: Float, parameters: Candi
     return np.asarray((np.abs(distance_mm) <= parameters.tolerance_mm) & inside)
 
 
-def _near_greatest(rho: Float, member: Bool, axis: int, ratio: float) -> Bool:
-    """Return whether correlations (n, m) exceed a fraction of the greatest one of their set."""
+def near_greatest(rho: Float, member: Bool, axis: int, ratio: float) -> Bool:
+    """Return whether similarities exceed a fraction of the greatest one of their set.
+
+    Parameters
+    ----------
+    rho
+        Similarities of pairs, shape (n, m).
+    member
+        Whether a pair is in a candidate set, shape (n, m).
+    axis
+        Axis along which the members of a set lie.
+    ratio
+        Fraction of the greatest similarity.
+
+    Returns
+    -------
+    Bool
+        Whether each pair remains, shape (n, m).
+
+    References
+    ----------
+    Thesis eq. 5.11.
+    """
     greatest = np.where(member, rho, -np.inf).max(axis=axis, keepdims=True, initial=-np.inf)
     return np.asarray((rho > ratio * greatest) | (rho >= greatest))

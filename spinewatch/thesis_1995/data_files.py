@@ -118,7 +118,7 @@ def format_features(features: FeatureList) -> str:
         (str(k), f"{u:.4f}", f"{v:.4f}", f"{score:.6f}")
         for k, ((u, v), score) in enumerate(zip(features.xy_px, features.score, strict=True), 1)
     ]
-    return _format(FEATURES, rows)
+    return format_table(FEATURES, rows)
 
 
 def parse_features(text: str) -> FeatureList:
@@ -169,7 +169,7 @@ def format_match_coordinates(pairs: MatchCoordinates) -> str:
         (str(k), str(i + 1), str(j + 1), *(f"{x:.6f}" for x in row))
         for k, (i, j, row) in enumerate(zip(pairs.left, pairs.right, plate, strict=True), 1)
     ]
-    return _format(MATCH_COORDINATES, rows)
+    return format_table(MATCH_COORDINATES, rows)
 
 
 def parse_match_coordinates(text: str) -> MatchCoordinates:
@@ -213,7 +213,7 @@ def format_world_points(points_mm: Float) -> str:
     str
         Text of the file.
     """
-    return _format(WORLD_POINTS, _numbered(points_mm))
+    return format_table(WORLD_POINTS, _numbered(points_mm))
 
 
 def parse_world_points(text: str) -> Float:
@@ -252,7 +252,7 @@ def format_residuals(found: MatchPoint) -> str:
     """
     points = found.points
     sd_mm = np.sqrt(np.diagonal(points.covariance_mm2, axis1=1, axis2=2))
-    return _format(RESIDUALS, _numbered(np.column_stack([points.parallax_mm, sd_mm, points.chi2])))
+    return format_table(RESIDUALS, _numbered(np.column_stack([points.parallax_mm, sd_mm, points.chi2])))
 
 
 def parse_residuals(text: str) -> Float:
@@ -299,7 +299,7 @@ def format_triads(found: MatchPoint) -> str:
         )
         for k, triad in enumerate(found.triads, 1)
     ]
-    return _format(TRIADS, rows)
+    return format_table(TRIADS, rows)
 
 
 def parse_triads(text: str) -> tuple[TriadRecord, ...]:
@@ -328,7 +328,21 @@ def parse_triads(text: str) -> tuple[TriadRecord, ...]:
     )
 
 
-def _format(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def format_table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return the text of a data file.
+
+    Parameters
+    ----------
+    columns
+        Names of the columns.
+    rows
+        Entries of each row, without blanks.
+
+    Returns
+    -------
+    str
+        A comment with the columns, then one line per row.
+    """
     lines = [f"# {len(rows)} rows: {' '.join(columns)}", *(" ".join(row) for row in rows)]
     return "\n".join(lines) + "\n"
 

@@ -36,8 +36,10 @@ class DetectPointParameters:
         Number of features that are expected in an image.
     pixels_per_feature
         Pixels of the feature space that each expected feature may have.
-    sigma_px
-        Standard deviation of a feature's position, px; the thesis measured 0.67 px (Table 4.4).
+    sigma_balls
+        Standard deviation of a feature's position, as a fraction of the width and of the height of a ball: 0.50 and
+        0.43 px with balls of 9.1 and 10.7 px. Measured on rendered images (``python -m bench.thesis --part
+        uncertainty``); Table 4.4 has 0.71 and 0.64 px from centres that were digitized to whole pixels.
     """
 
     preprocessing: PreprocessingParameters = field(default_factory=PreprocessingParameters)
@@ -45,7 +47,7 @@ class DetectPointParameters:
     root_threshold: float | None = 0.5
     expected_features: int = 15
     pixels_per_feature: int = 6
-    sigma_px: float = 0.67
+    sigma_balls: tuple[float, float] = (0.055, 0.040)
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +119,7 @@ def detect_point(
     pixels = feature_pixels(space, parameters.expected_features * parameters.pixels_per_feature)
     xy_px, score = component_centroids(pixels)
     xy_px[:, 1] += image.rows[0]
-    covariance = np.tile(parameters.sigma_px**2 * np.eye(2), (len(xy_px), 1, 1))
+    covariance = np.tile(np.diag(np.square(parameters.sigma_balls) * np.square(ball_px)), (len(xy_px), 1, 1))
     return DetectPoint(image, gray, edge, space, pixels, Features(xy_px, score, covariance))
 
 

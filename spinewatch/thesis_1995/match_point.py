@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal
 
 import numpy as np
 
 from spinewatch.arrays import Float, Int, Pixels
 from spinewatch.camera import Rig
 from spinewatch.detection.features import Features
+from spinewatch.errors import ParameterError
 from spinewatch.geometry.triangulation import Triangulation, triangulate
 from spinewatch.markers import FLAT_10_14_18, TriadModel
+from spinewatch.matching.selection import SpineAxis
 from spinewatch.thesis_1995.candidate_sets import (
     CandidateSetParameters,
     CandidateSets,
@@ -20,9 +21,6 @@ from spinewatch.thesis_1995.candidate_sets import (
     refine_sets,
 )
 from spinewatch.thesis_1995.heuristics import PublishedSelection, TripletFeatures, published_selection
-
-_LEGS = 10 / 28
-"""Distance of P from MX as a fraction of that of XX from MX (fig. 5.7)."""
 
 
 @dataclass(frozen=True)
@@ -37,12 +35,30 @@ class MatchPointParameters:
         Largest difference of each distance from that of the marker, mm (eq. 5.16). The thesis gives no value; the
         errors of its tables, up to 5.65 mm, need at least 3.3 mm.
     model
-        The marker, of three balls.
+        The marker, of the balls XX, YY and MX; P is on the line from MX to XX (fig. 5.6).
+
+    Raises
+    ------
+    ParameterError
+        If the marker has other balls.
     """
 
     sets: CandidateSetParameters = field(default_factory=CandidateSetParameters)
     distance_tolerance_mm: float = 3.5
     model: TriadModel = FLAT_10_14_18
+
+    def __post_init__(self) -> None:
+        if self.model.balls != ("XX", "YY", "MX"):
+            raise ParameterError(
+                f"the method of 1995 does not know the marker {self.model.name}; give one flat marker, or use the"
+                " default method"
+            )
+
+    @property
+    def leg_fraction(self) -> float:
+        """Distance of P from MX as a fraction of that of XX from MX (fig. 5.7)."""
+        xx, _, mx = np.linalg.norm(self.model.coordinates_mm, axis=1)
+        return float(mx / (xx + mx))
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +128,7 @@ def match_point(
     labels: Sequence[str],
     parameters: MatchPointParameters,
     *,
-    axis: Literal["x", "y"] = "x",
+    axis: SpineAxis = "x",
     images: tuple[Pixels, Pixels] | None = None,
 ) -> MatchPoint:
     """Return the triads that two feature lists show, by the published method.
@@ -124,11 +140,11 @@ def match_point(
     rig
         The calibrated cameras.
     labels
-        Vertebrae with a marker, in order of increasing coordinate along the axis.
+        Vertebrae with a marker, in order of increasing coordinate along the axis; none leaves the triads without.
     parameters
         Parameters of the steps.
     axis
-        Object-space axis along which the spine lies.
+        Object-space axis along which the spine lies; "auto" for that of greatest extent.
     images
         Left and right gray image, shape (H, W), for the refinement, which is left out without them.
 
@@ -174,7 +190,7 @@ def match_point(
         for triplet, error in zip(triplets, error_mm, strict=True)
     )
     selection = published_selection(features, len(labels))
-    triads = _triads(points.position_mm, triplets, selection, labels, "xy".index(axis))
+    triads = _triads(points.position_mm, triplets, selection, labels, axis, parameters.leg_fraction)
     return MatchPoint(sets, refined, correlation, i, j, points, triplets, features, selection, triads)
 
 
@@ -231,15 +247,22 @@ def fitting_triplets(points_mm: Float, model: TriadModel, tolerance_mm: float) -
 
 
 def _triads(
-    points_mm: Float, triplets: Int, selection: PublishedSelection, labels: Sequence[str], axis: int
+    points_mm: Float,
+    triplets: Int,
+    selection: PublishedSelection,
+    labels: Sequence[str],
+    axis: SpineAxis,
+    leg_fraction: float,
 ) -> tuple[PublishedTriad, ...]:
     """Return the triads that passed, labelled by their order along an axis when all were found (H5)."""
     passed = [k for k, verdict in enumerate(selection.verdicts) if verdict == "P"]
     xx, yy, mx = (points_mm[triplets[passed, ball]] for ball in range(3))
-    position = mx + _LEGS * (xx - mx)
+    position = mx + leg_fraction * (xx - mx)
     normal = np.cross(xx - mx, xx - yy)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    order = np.argsort(position[:, axis], kind="stable")
+    extent = np.ptp(position[:, :2], axis=0) if passed else np.zeros(2)
+    along = int(np.argmax(extent)) if axis == "auto" else "xy".index(axis)
+    order = np.argsort(position[:, along], kind="stable")
     names = list(labels) if selection.complete else [None] * len(passed)
     return tuple(
         PublishedTriad(name, passed[k], position[k], normal[k]) for name, k in zip(names, order, strict=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
+from hashlib import sha256
 from importlib import resources
 
 import numpy as np
@@ -58,6 +59,15 @@ class PublishedTrees:
 
     diameter_px: tuple[float, float]
     trees: Mapping[PropertySpace, TemplateTree]
+
+    @property
+    def version(self) -> str:
+        """Name of the trees that is stored with results: the method, and a digest of their templates."""
+        digest = sha256()
+        for space in _SPACES:
+            for part in _PARTS:
+                digest.update(np.ascontiguousarray(getattr(self.trees[space], part)).tobytes())
+        return f"thesis-1995-{digest.hexdigest()[:8]}"
 
     def scaled(self, ball_px: tuple[float, float]) -> PublishedTrees:
         """Return the trees for balls of another size.

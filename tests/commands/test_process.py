@@ -201,12 +201,12 @@ def test_an_earlier_stage_decides_on_labels_when_a_triad_is_missing(
     ("option", "value", "problem"),
     [
         ("--range", "900,600", "nearest and the farthest"),
-        ("--range", "600", "must be 2 numbers"),
+        ("--range", "600", "nearest and the farthest"),
         ("--marker", "round", "not known"),
         ("--marker", "cube:1,2,3", "none of"),
-        ("--marker", "flat:1,2", "must be 3 numbers"),
-        ("--marker", "flat:18,-14,10", "positive"),
-        ("--marker", "flat:a,b,c", "must be numbers"),
+        ("--marker", "flat:1,2", "must have 3 numbers"),
+        ("--marker", "flat:18,-14,10", "lengths above 0"),
+        ("--marker", "flat:a,b,c", "must have 3 numbers"),
         ("--earlier", "rig.json", "is not a stage"),
     ],
 )
@@ -307,3 +307,57 @@ def test_labels_that_the_distances_contradict_are_null(run: Run, pair: Path) -> 
     assert status == 0
     assert "levels-implausible" in {flag["code"] for flag in document["flags"]}
     assert {triad["label"] for triad in document["triads"]} == {None}
+
+
+def test_the_method_of_1995_gives_the_same_document_and_its_files(run: Run, tmp_path: Path) -> None:
+    folder = tmp_path / "explained"
+    more = ["--method", "thesis-1995", "--size-reduction", "none", "--no-refine", "--explain", folder]
+    status, out, err = run(*arguments_of_sample(*more))
+    assert (status, err) == (0, "")
+    document = json.loads(out)
+    assert list(document) == list(json.loads(run(*arguments_of_sample())[1]))
+    parameters = document["parameters"]
+    assert parameters["method"] == "thesis-1995"
+    assert parameters["detection"]["preprocessing"]["statistic"] is None
+    assert parameters["sets"]["refine"] is False
+    assert document["triads"]
+    assert all(min(triad["position_sd_mm"]) > 0.05 for triad in document["triads"])
+    explanation = json.loads((folder / "explanation.json").read_text())["explanation"]
+    assert explanation["method"] == "thesis-1995"
+    verdicts = [line.split()[-1] for line in (folder / "Triplets.dat").read_text().splitlines()[1:]]
+    told = [triad["heuristic"] or "P" for triad in explanation["triads"]]
+    assert sorted(verdicts) == sorted(told)
+    for side in ("left", "right"):
+        for name in ("pre", "edge", "crossGl", "crossEd", "final"):
+            with Image.open(folder / f"{side}-{name}.ras") as image:
+                assert image.width == 568
+    written = {path.name for path in folder.iterdir()}
+    assert {
+        "CandidateSets.dat",
+        "MatchCoords.dat",
+        "SpacoOUT.dat",
+        "SpineStage.dat",
+        "sets-left-01.png",
+    } <= written
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (["--size-reduction", "none"], ["--method thesis-1995"]),
+        (["--method", "thesis-1995", "--marker", "orthogonal:20,14,9"], ["does not know the marker"]),
+        (["--method", "thesis-1995", "--range", "900,600"], ["nearest and the farthest"]),
+    ],
+)
+def test_options_that_a_method_has_not(run: Run, pair: Path, more: list[str], words: list[str]) -> None:
+    refused(run(*arguments(pair, *more)), *words)
+
+
+def test_the_method_of_1995_reads_its_own_templates(run: Run, tmp_path: Path) -> None:
+    wrong = tmp_path / "templates.npz"
+    wrong.write_bytes(write_template_set(default_template_set()))
+    refused(
+        run(*arguments_of_sample("--method", "thesis-1995", "--templates", wrong)),
+        "templates.npz",
+        "build-1995",
+    )

@@ -6,7 +6,7 @@ import numpy as np
 from contract.calibration import CalibrationResult
 from contract.calibration_quality import calibration_result
 from spinewatch.calibration import from_images
-from spinewatch.calibration.plausibility import PlausibilityParameters
+from spinewatch.calibration.plausibility.limits import PlausibilityParameters
 from spinewatch.calibration.quality.stereo_geometry import StereoGeometry
 
 

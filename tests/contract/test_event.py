@@ -2,7 +2,7 @@ import pytest
 from pydantic import ValidationError
 
 from contract.event import Actor, ActorKind
-from store.tables import Event
+from store.tables.events import Event
 
 
 def test_an_actor_fits_its_columns() -> None:

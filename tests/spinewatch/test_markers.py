@@ -5,7 +5,16 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from spinewatch.errors import ParameterError
-from spinewatch.markers import FLAT_10_14_18, MODELS, TriadModel, flat_triad, marker, orthogonal_triad, scaled
+from spinewatch.markers import (
+    FLAT_10_14_18,
+    MODELS,
+    TriadModel,
+    flat_triad,
+    marker,
+    orthogonal_triad,
+    parse_marker,
+    scaled,
+)
 from tests.paths import DATA
 
 TABLES = json.loads((DATA / "thesis_tables.json").read_text())
@@ -71,3 +80,27 @@ def test_a_marker_is_looked_up_by_name() -> None:
     assert all(marker(name).name == name for name in MODELS)
     with pytest.raises(ParameterError, match="flat-10-14-18"):
         marker("round")
+
+
+def test_a_marker_is_described_by_its_legs() -> None:
+    assert parse_marker("flat-10-14-18") is FLAT_10_14_18
+    assert parse_marker("flat:18,14,10").distances_mm.tolist() == FLAT_10_14_18.distances_mm.tolist()
+    assert parse_marker("orthogonal:30,25,20").name == "orthogonal-30-25-20"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "flat",
+        "cube:1,2,3",
+        "flat:1,2",
+        "flat:a,b,c",
+        "flat:18,-14,10",
+        "flat:18,nan,10",
+        "flat:18,14,inf",
+    ],
+)
+def test_texts_that_describe_no_marker_are_refused(text: str) -> None:
+    with pytest.raises(ParameterError):
+        parse_marker(text)

@@ -9,7 +9,7 @@ from settings import Settings
 from store import keys
 from store.clock import utc_now
 from store.database import Database
-from store.tables import ApiKey
+from store.tables.access import ApiKey
 from tests.backends import new_database
 
 
