@@ -163,7 +163,9 @@ def _rendered(root: Path, ways: Sequence[str], rng: np.random.Generator, spoilt:
             for look in range(p.second_look.rounds + 1):
                 features = found[0].features, found[1].features
                 search = _search(features, scene.rig, p.search, count, scene.spine_axis)
-                places = missing_ball_places(search, *features, scene.rig, MODELS, p.second_look, count)
+                places = missing_ball_places(
+                    search, *features, scene.rig, ranges, MODELS, p.second_look, count
+                )
                 if spoilt or places is None or look == p.second_look.rounds:
                     samples.append(_sample(search, features, scene.rig, p.search, truth, scene))
                 if places is None:

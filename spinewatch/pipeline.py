@@ -244,9 +244,10 @@ class StageMeasurer:
     ) -> None:
         self.rig = rig
         self.parameters = p = parameters or Parameters()
+        self._ranges_mm = nominal_ranges_mm(rig, p.search.matching.epipolar)
         self._detector = prepare_detector(
             rig,
-            nominal_ranges_mm(rig, p.search.matching.epipolar),
+            self._ranges_mm,
             p.ball_diameter_mm,
             p.detection,
             p.centres,
@@ -462,7 +463,9 @@ class StageMeasurer:
         """Return the places in both images for a second look; None when no ball is missing."""
         left, right = (detection.features for detection in detections)
         p = self.parameters.second_look
-        return missing_ball_places(search, left, right, self.rig, request.models, p, request.expected)
+        return missing_ball_places(
+            search, left, right, self.rig, self._ranges_mm, request.models, p, request.expected
+        )
 
     def _explanation(
         self, detections: tuple[Detection, Detection], search: TriadSearch, request: StageRequest

@@ -141,8 +141,8 @@ def check_measurable_rig(rig: Rig) -> None:
     if meet is None or min(meet) <= 0:
         raise RigError(
             "right.rotation_deg",
-            "makes the optical axes meet nowhere in front of the cameras, so that no stage can be measured; turn the"
-            " cameras towards each other and calibrate again",
+            "makes the optical axes meet nowhere in front of the cameras, so that they do not tell the range of the"
+            " markers; give the range with each stage, or turn the cameras towards each other and calibrate again",
         )
 
 

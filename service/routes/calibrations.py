@@ -40,7 +40,6 @@ from service.parameters import CalibrationId, TextTime, require_plausible_time
 from service.routes.jobs import job_of
 from spinewatch.errors import RigError
 from spinewatch.rig_files.rig_json import decode_json, rig_from_dict
-from spinewatch.rig_plausibility import check_measurable_rig
 from store import calibration_checks, calibration_requests, calibrations, tables
 from store.clock import utc_now
 
@@ -64,7 +63,6 @@ def _printable_field() -> Iterator[None]:
 def _rig(document: object) -> spinewatch.camera.Rig:
     """Return the library's rig."""
     rig = rig_from_dict(document)
-    check_measurable_rig(rig)
     try:
         visible(rig.name)
     except ValueError as error:

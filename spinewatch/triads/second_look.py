@@ -61,6 +61,7 @@ def missing_ball_places(
     left: Features,
     right: Features,
     rig: Rig,
+    ranges_mm: tuple[float, float],
     models: Sequence[TriadModel],
     parameters: SecondLookParameters,
     expected: int | None,
@@ -75,6 +76,8 @@ def missing_ball_places(
         These features.
     rig
         The calibrated cameras.
+    ranges_mm
+        Nominal range of the markers along the left and the right optical axis, mm.
     models
         Markers in use.
     parameters
@@ -97,8 +100,8 @@ def missing_ball_places(
     >>> rng, rig, models = np.random.default_rng(1), large_rig(), [FLAT_10_14_18]
     >>> spine = random_spine(rng, 3)
     >>> seen = observe(rig, spine, rng, FeatureNoise(0.1), hidden=[(4, "right")])
-    >>> search = match_triads(seen.left, seen.right, rig, SearchParameters(), expected=3)
-    >>> _, places = missing_ball_places(search, seen.left, seen.right, rig, models, SecondLookParameters(), 3)
+    >>> search, p = match_triads(seen.left, seen.right, rig, SearchParameters(), expected=3), SecondLookParameters()
+    >>> _, places = missing_ball_places(search, seen.left, seen.right, rig, (705.0, 705.0), models, p, 3)
     >>> ball = rig.right.project(spine[1].position_mm + spine[1].rotation @ models[0].coordinates_mm[1])
     >>> bool(np.linalg.norm(places - ball, axis=1).min() < 2)
     True
@@ -115,11 +118,11 @@ def missing_ball_places(
     used = search.selected.take(np.flatnonzero(complete))
     for side, (features, taken) in enumerate(((left, used.left), (right, used.right))):
         free = np.setdiff1d(np.arange(len(features)), taken)[:count]
-        beside = _along_rays(features.take(free), side, search, rig, size_mm, parameters)
+        beside = _along_rays(features.take(free), side, search, rig, ranges_mm, size_mm, parameters)
         found[1 - side].append(cameras[1 - side].project(beside))
     left_places, right_places = (
-        _apart(np.concatenate([np.empty((0, 2)), *places]), camera, rig, size_mm, parameters)
-        for places, camera in zip(found, cameras, strict=True)
+        _apart(np.concatenate([np.empty((0, 2)), *places]), camera, range_mm, size_mm, parameters)
+        for places, camera, range_mm in zip(found, cameras, ranges_mm, strict=True)
     )
     return left_places, right_places
 
@@ -174,6 +177,7 @@ def _along_rays(
     side: int,
     search: TriadSearch,
     rig: Rig,
+    ranges_mm: tuple[float, float],
     size_mm: float,
     parameters: SecondLookParameters,
 ) -> Float:
@@ -183,7 +187,7 @@ def _along_rays(
     rays = features.rays(camera)
     towards = -(rig.left.M[2] + rig.right.M[2])
     towards /= np.linalg.norm(towards)
-    near, far = _depths(search, rig, towards, parameters)
+    near, far = _depths(search, rig, ranges_mm, towards, parameters)
     speed = rays.vectors @ towards
     start, end = ((depth - camera.centre @ towards) / speed for depth in (near, far))
     base = np.linalg.norm(other.centre - camera.centre)
@@ -194,16 +198,19 @@ def _along_rays(
 
 
 def _depths(
-    search: TriadSearch, rig: Rig, towards: Float, parameters: SecondLookParameters
+    search: TriadSearch,
+    rig: Rig,
+    ranges_mm: tuple[float, float],
+    towards: Float,
+    parameters: SecondLookParameters,
 ) -> tuple[float, float]:
     """Return the least and the greatest coordinate along a direction (3,) where triads may be, mm."""
     posed = [triad.position_mm for triad in search.triads if triad.pose is not None]
     margin = parameters.depth_margin_mm
     if not posed:
-        meet = rig.axes_approach_mm or (0.0, 0.0)
         posed = [
-            camera.centre - distance * camera.M[2]
-            for camera, distance in zip((rig.left, rig.right), meet, strict=True)
+            camera.centre - range_mm * camera.M[2]
+            for camera, range_mm in zip((rig.left, rig.right), ranges_mm, strict=True)
         ]
         margin = parameters.free_depth_mm
     depth = np.array(posed) @ towards
@@ -211,13 +218,11 @@ def _depths(
 
 
 def _apart(
-    places: Float, camera: Camera, rig: Rig, size_mm: float, parameters: SecondLookParameters
+    places: Float, camera: Camera, range_mm: float, size_mm: float, parameters: SecondLookParameters
 ) -> Float:
     """Return the places (n, 2) within the image, one of those that are within half a step of each other."""
     size = np.array(camera.image_size_px)
     inside = places[np.all((places >= 0) & (places <= size - 1), axis=1)]
-    meet = rig.axes_approach_mm
-    distance = 1.0 if meet is None else meet[0 if camera is rig.left else 1]
-    cell = np.array(camera.ball_diameter_px(size_mm, distance)) * parameters.step / 2
+    cell = np.array(camera.ball_diameter_px(size_mm, range_mm)) * parameters.step / 2
     _, first = np.unique(np.floor(inside / cell).astype(np.intp), axis=0, return_index=True)
     return inside[np.sort(first)]

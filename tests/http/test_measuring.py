@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from typing import Any
 
 import httpx
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 from spinewatch.rig_files.rig_json import rig_from_dict
-from tests.http.harness import Service, code_of, pair
+from tests.http.harness import RIG, Service, code_of, pair
 
 
 def submit(service: Service, surgery: str, calibration: str, **parts: Any) -> httpx.Response:
@@ -87,6 +88,18 @@ def test_the_same_pair_measured_otherwise_is_not_the_same(service: Service, cali
 def test_templates_that_no_worker_has_end_the_job(service: Service, calibration: str) -> None:
     surgery = service.surgery()
     assert ended(service, submit(service, surgery, calibration, templates="1066")) == "failed"
+
+
+def test_a_rig_with_parallel_axes_measures_with_a_range(service: Service) -> None:
+    rig = deepcopy(RIG)
+    rig["right"]["rotation_deg"] = rig["left"]["rotation_deg"]
+    calibration = service.calibration(rig)
+    without = submit(service, service.surgery(), calibration)
+    assert ended(service, without) == "failed"
+    error = service.client.get(without.headers["location"]).json()["error"]
+    assert error["type"] == "urn:spinewatch:problem:invalid-rig"
+    assert "give the range" in error["detail"]
+    assert ended(service, submit(service, service.surgery(), calibration, range_mm="500,900")) == "succeeded"
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from settings import Settings
 from spinewatch.calibration.files import ShotFiles, calibrate_files, load_control_field, solve_parameters
 from spinewatch.calibration.from_images import CalibrationParameters
 from spinewatch.progress import Progress
-from spinewatch.rig_plausibility import check_measurable_rig, check_plausible_rig
+from spinewatch.rig_plausibility import check_plausible_rig
 from store import calibration_requests, calibrations
 from store.calibration_requests import CalibrationWork
 from store.leases import Lease
@@ -83,7 +83,6 @@ class CalibrationHandler(Handler[CalibrationWork, CalibrationResult]):
         )
         rig = result.calibration.rig  # stages only take rigs that pass, and a stored one never changes
         check_plausible_rig(rig)
-        check_measurable_rig(rig)
         return calibration_result(result, _VERSION)
 
     def store(

@@ -9,6 +9,7 @@ import pytest
 
 from spinewatch.arrays import Float
 from spinewatch.markers import FLAT_10_14_18
+from spinewatch.matching.epipolar import EpipolarParameters, nominal_ranges_mm
 from spinewatch.simulation.observations import FeatureNoise, HiddenBall, observe
 from spinewatch.simulation.rigs import large_rig
 from spinewatch.simulation.spines import random_spine
@@ -17,6 +18,7 @@ from spinewatch.triads.search import SearchParameters, match_triads
 from spinewatch.triads.second_look import SecondLookParameters, missing_ball_places
 
 RIG = large_rig()
+RANGES_MM = nominal_ranges_mm(RIG, EpipolarParameters())
 CAPTURE_PX = 3.5
 """From this distance the networks find a ball of 10 px."""
 
@@ -30,7 +32,7 @@ def places(
     seen = observe(RIG, spine, rng, FeatureNoise(0.1), hidden=hidden, dropped=dropped)
     search = match_triads(seen.left, seen.right, RIG, SearchParameters(), expected=expected, axis="x")
     found = missing_ball_places(
-        search, seen.left, seen.right, RIG, [FLAT_10_14_18], SecondLookParameters(), expected
+        search, seen.left, seen.right, RIG, RANGES_MM, [FLAT_10_14_18], SecondLookParameters(), expected
     )
     balls = ball_centres(spine, FLAT_10_14_18).reshape(-1, 3)
     return found, np.stack([RIG.left.project(balls), RIG.right.project(balls)], axis=1)

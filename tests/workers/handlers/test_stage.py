@@ -62,6 +62,7 @@ def test_a_stage_is_measured_and_says_with_what(database: Database, tmp_path: Pa
     assert ran.pop("clock_tolerance_seconds") == 300.0
     assert ran.pop("comparison") == asdict(ComparisonParameters())
     assert ran.pop("synchronization") == asdict(SynchronizationParameters())
+    assert ran.pop("markers") == ["flat-10-14-18"]
     assert set(ran) == {field.name for field in fields(Parameters)}
     assert OLD not in {flag["code"] for flag in measured.result["flags"]}
 
