@@ -58,7 +58,9 @@ MarkerText = Annotated[
 class Measuring(Schema):
     """What is known of a pair, and how it is measured; what is null or empty is the workers' own choice."""
 
-    range_mm: RangeText | None = None
+    range_mm: Annotated[
+        RangeText | None, Field(description="Nearest and farthest range along the optical axes, mm.")
+    ] = None
     markers: Annotated[
         list[MarkerText], Field(max_length=MAX_MARKERS, description="Markers in use, one per kind.")
     ] = Field(default_factory=list)

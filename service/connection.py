@@ -123,7 +123,9 @@ class LimitedConnection(H11Protocol):
         if self.is_idle and self.conn.their_state is h11.SEND_BODY:
             self._discarded += len(data)
             if self._discarded > self._limits.discard_bytes:
-                self.end()
+                self._ended_since = self._waiting_since
+                if not self._end_output():
+                    self.end()
                 return
         elif self.is_idle and self._head_since is None:
             self._head_since, self._discarded = self._waiting_since, 0

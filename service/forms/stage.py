@@ -74,7 +74,9 @@ class StageForm(BaseModel):
             description="Whether a stage that was measured is taken again; its takes are all kept.",
         ),
     ] = False
-    range_mm: RangeText | None = None
+    range_mm: Annotated[
+        RangeText | None, Field(description="Nearest and farthest range along the optical axes, mm.")
+    ] = None
     marker: Annotated[
         list[MarkerText],
         Field(max_length=MAX_MARKERS, description="Marker in use; the part is repeated, once per kind."),

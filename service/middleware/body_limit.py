@@ -93,5 +93,5 @@ class BodyLimit:
 
 def _too_large(limit: int) -> HTTPException:
     return HTTPException(
-        413, f"the request body is larger than {limit} bytes, the limit of this path; send less"
+        413, f"the request body is larger than {limit} bytes, the limit of this path; send less", _CLOSE
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Annotated
 
 import numpy as np
@@ -12,8 +13,10 @@ from service.dependencies import DatabaseDep, problems
 from service.etags import NOT_MODIFIED, IfNoneMatch, document_response
 from service.parameters import CalibrationId
 from service.problems import InvalidInputError
+from spinewatch.camera import Camera, Rig
 from spinewatch.errors import ParameterError
-from spinewatch.geometry.triangulation import triangulate
+from spinewatch.geometry.rays import Rays
+from spinewatch.geometry.triangulation import Triangulation, triangulate
 from spinewatch.rig_files.rig_json import rig_from_dict
 from store import calibrations
 
@@ -55,13 +58,36 @@ def get_points(
         raise InvalidInputError("right", error, part="query")
     with database.read() as session:
         rig = rig_from_dict(calibrations.get(session, calibration_id).rig)
-    images = _pixels(left), _pixels(right)
+    images = _pixels("left", left, rig.left), _pixels("right", right, rig.right)
     covariance = np.tile(centre_sd_px**2 * np.eye(2), (len(left), 1, 1))
     cameras = ((rig.left, images[0]), (rig.right, images[1]))
-    found = triangulate([camera.rays(np.array(pixels), covariance) for camera, pixels in cameras])
+    found = _points([camera.rays(np.array(pixels), covariance) for camera, pixels in cameras], rig)
     answer = Points.of(found, images, f"object space of calibration {rig.name}", centre_sd_px)
     return document_response(answer, if_none_match)
 
 
-def _pixels(texts: list[str]) -> list[list[float]]:
-    return [[float(number) for number in text.split(",")] for text in texts]
+def _points(rays: list[Rays], rig: Rig) -> Triangulation:
+    """Return the points; raise ``InvalidInputError`` unless all rays meet in front of both cameras."""
+    with np.errstate(all="ignore"), suppress(np.linalg.LinAlgError):
+        found = triangulate(rays)
+        X, variances = found.position_mm, np.diagonal(found.covariance_mm2, axis1=1, axis2=2)
+        known = np.isfinite(variances).all() and (variances > 0).all()
+        if known and all(camera.depth_mm(point) > 0 for camera in (rig.left, rig.right) for point in X):
+            return found
+    error = ParameterError(
+        "the rays of an image pair do not meet in front of the cameras; give the two images of one point"
+    )
+    raise InvalidInputError("right", error, part="query")
+
+
+def _pixels(side: str, texts: list[str], camera: Camera) -> list[list[float]]:
+    """Return image points; raise ``InvalidInputError`` for one outside the image, where no ray is known."""
+    points = [[float(number) for number in text.split(",")] for text in texts]
+    width, height = camera.image_size_px
+    for u, v in points:
+        if not (-0.5 <= u <= width - 0.5 and -0.5 <= v <= height - 0.5):
+            error = ParameterError(
+                f"({u:g}, {v:g}) lies outside the {side} image of {width} x {height} px; give u,v in its pixels"
+            )
+            raise InvalidInputError(side, error, part="query")
+    return points

@@ -204,4 +204,4 @@ def _doubtful(triad: MeasuredTriad, chance: float) -> MeasuredTriad:
     """Return a triad without its pose, and without the balls that follow from it."""
     balls = {name: ball for name, ball in triad.balls.items() if not ball.hidden_in}
     reason = f"{DOUBTFUL}: the chance that it is at a wrong place or has a wrong ball is {chance:.0%}"
-    return replace(triad, balls=balls, pose=None, reason=reason)
+    return replace(triad, balls=balls, pose=None, reason=reason, chance_false=chance)

@@ -46,6 +46,8 @@ class LabelParameters:
     min_axis_margin_deg
         Least angle of that line from 45 degrees to the axes for which the order along the axis "auto" is determined,
         degrees, if it differs between the axes.
+    max_chance_false
+        Largest chance of being false with which a doubtful triad keeps its place among the others.
     spacing
         Distances between the triads of neighbouring vertebrae.
     """
@@ -59,6 +61,7 @@ class LabelParameters:
     max_assignments: int = 20_000
     max_axis_angle_deg: float = 60.0
     min_axis_margin_deg: float = 5.0
+    max_chance_false: float = 0.5
     spacing: SpacingParameters = field(default_factory=SpacingParameters)
 
 
@@ -149,8 +152,8 @@ def label_triads(
     As many triads as labels are labelled by order. If triads are missing, these decide, in this order: kinds of
     markers, the known configuration (H4), and the evenness of gaps. Evenness alone gives no labels if a triad at an end
     may be missing. No triad is labelled if there are more triads than labels, if they do not lie along the spine axis,
-    or if their distances contradict the labels. A doubtful triad has no label and does not count: if it is false, the
-    others would be shifted by one.
+    or if their distances contradict the labels. A doubtful triad has no label. The others are labelled without it; if
+    that gives no labels, with it in its place, unless it is more likely false than not.
 
     Parameters
     ----------
@@ -194,16 +197,20 @@ def label_triads(
     """
     p, known = parameters or LabelParameters(), known or KnownConfiguration()
     names = vertebra_names(labels, extra_levels)
-    certain = in_order([triad for triad in triads if not triad.doubtful], axis)
-    labelled, flags = _label_certain(certain, names, axis, p, known, extra_levels)
-    doubtful = [LabelledTriad(None, DOUBTFUL, triad) for triad in triads if triad.doubtful]
-    if not doubtful:
-        return labelled, flags
-    of_triad = {id(triad.triad): triad for triad in (*labelled, *doubtful)}
-    return tuple(of_triad[id(triad)] for triad in in_order(triads, axis)), flags
+    certain = [triad for triad in triads if not triad.doubtful]
+    placed = [triad for triad in triads if (triad.chance_false or 0.0) <= p.max_chance_false]
+    labelled, flags = _labelled(in_order(certain, axis), names, axis, p, known, extra_levels)
+    if len(placed) > len(certain) > 0 and labelled[0].label is None:
+        with_doubtful, no_flags = _labelled(in_order(placed, axis), names, axis, p, known, extra_levels)
+        if with_doubtful[0].label is not None:
+            labelled, flags = with_doubtful, no_flags
+    of_triad = {id(each.triad): each for each in labelled if not each.triad.doubtful}
+    return tuple(
+        of_triad.get(id(triad), LabelledTriad(None, DOUBTFUL, triad)) for triad in in_order(triads, axis)
+    ), flags
 
 
-def _label_certain(
+def _labelled(
     ordered: list[MeasuredTriad],
     names: tuple[str, ...],
     axis: SpineAxis,
@@ -211,7 +218,7 @@ def _label_certain(
     known: KnownConfiguration,
     extra_levels: Sequence[str],
 ) -> tuple[tuple[LabelledTriad, ...], tuple[Flag, ...]]:
-    """Return the triads that are certain, in order along the axis, with their labels and flags."""
+    """Return triads in order along the axis with their labels, all or none, and flags."""
     if problem := _axis_problem(ordered, axis, p):
         return _unlabelled(ordered, problem), (Flag("spine-axis-implausible", problem),)
     assignment, reason = _assign(ordered, names, np.array(level_numbers(names, extra_levels)), p, known)

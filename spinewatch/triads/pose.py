@@ -126,6 +126,8 @@ class MeasuredTriad:
         Chi-square of the residuals of its ball images.
     dof
         Degrees of freedom of that.
+    chance_false
+        Chance that it is at a wrong place or has a wrong ball, if it has no pose because of that; None otherwise.
     """
 
     model: str
@@ -135,11 +137,12 @@ class MeasuredTriad:
     reason: str | None = None
     chi2: float = 0.0
     dof: int = 0
+    chance_false: float | None = None
 
     @property
     def doubtful(self) -> bool:
         """Whether it has no pose because it may be false."""
-        return self.reason is not None and self.reason.startswith(DOUBTFUL)
+        return self.chance_false is not None
 
     @property
     def position_mm(self) -> Float:

@@ -145,12 +145,24 @@ def test_points_are_reconstructed_from_their_images(idle: Service) -> None:
         ({"left": ["1,2"]}, 422),
         ({"left": ["1,2"] * 25, "right": ["1,2"] * 24}, 422),
         ({"left": ["1,2"], "right": ["1,2"], "centre_sd_px": "nan"}, 422),
+        ({"left": ["100,2"], "right": ["568,2"]}, 422),
+        ({"left": ["-840975.5,765959"], "right": ["100,100"]}, 422),
+        ({"left": ["0,200"], "right": ["567,200"]}, 422),
     ],
 )
 def test_image_points_that_cannot_be_used(idle: Service, query: dict[str, Any], status: int) -> None:
     assert (
         idle.client.get(f"/v1/calibrations/{idle.calibration()}/points", params=query).status_code == status
     )
+
+
+def test_parallel_rays_have_no_point(idle: Service) -> None:
+    rig = deepcopy(RIG)
+    rig["right"] = {**rig["left"], "position_mm": rig["right"]["position_mm"]}
+    points = f"/v1/calibrations/{idle.calibration(rig)}/points"
+    answer = idle.client.get(points, params={"left": "100,100", "right": "100,100"})
+    assert answer.status_code == 422
+    assert "do not meet" in answer.text
 
 
 def test_points_of_an_unknown_calibration(idle: Service) -> None:

@@ -149,14 +149,26 @@ def test_a_triad_without_a_pose_counts_in_the_order() -> None:
     assert labelled[1].triad.pose is None
 
 
-def test_a_doubtful_triad_has_no_label_and_shifts_none() -> None:
-    ball = Ball(np.array([52.0, 3, 0]), np.eye(3), np.zeros(2), np.zeros(2), 0.1)
-    doubtful = MeasuredTriad("flat", {"XX": ball}, None, 0.0, f"{DOUBTFUL}: 30%")
-    labelled, flags = label_triads([*chain(0, 98, 151), doubtful], LABELS)
+def doubtful(x: float, chance: float) -> MeasuredTriad:
+    ball = Ball(np.array([x, 3, 0]), np.eye(3), np.zeros(2), np.zeros(2), 0.1)
+    return MeasuredTriad("flat", {"XX": ball}, None, 0.0, f"{DOUBTFUL}: {chance:.0%}", chance_false=chance)
+
+
+def test_a_doubtful_triad_has_no_label() -> None:
+    labelled, flags = label_triads([*chain(0, 98, 151), doubtful(52, 0.3)], LABELS)
     assert [t.label for t in labelled] == ["L1", None, "T9", "T7"]
     assert (labelled[1].label_reason, flags) == (DOUBTFUL, ())
-    labelled, flags = label_triads([*chain(0, 150), doubtful], LABELS)
-    assert [t.label for t in labelled] == [None] * 3
+
+
+def test_a_doubtful_triad_keeps_its_place_if_the_others_do_not_suffice() -> None:
+    labelled, flags = label_triads([*chain(0, 52, 98), doubtful(150, 0.3)], LABELS)
+    assert [t.label for t in labelled] == ["L1", "T11", "T9", None]
+    assert flags == ()
+
+
+def test_a_triad_that_is_more_likely_false_has_no_place() -> None:
+    labelled, flags = label_triads([*chain(0, 52, 98), doubtful(150, 0.6)], LABELS)
+    assert [t.label for t in labelled] == [None] * 4
     assert [flag.code for flag in flags] == ["labels-uncertain"]
 
 
