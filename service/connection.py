@@ -20,6 +20,8 @@ from settings import Settings
 
 _LINGER_S = 2.0
 """Time in which a client may still read a refusal while what it sends is discarded."""
+_LINGER_BYTES = 2**20
+"""What is discarded in that time, beyond ``discard_bytes``."""
 _MIN_READ_RATE = 1024
 """Bytes per second that a client reads at least."""
 
@@ -119,6 +121,9 @@ class LimitedConnection(H11Protocol):
         """Read what arrived; after a refusal it is discarded."""
         self._waiting_since = self.loop.time()
         if self._ended_since is not None:
+            self._discarded += len(data)
+            if self._discarded > self._limits.discard_bytes + _LINGER_BYTES:
+                self.end()
             return
         if self.is_idle and self.conn.their_state is h11.SEND_BODY:
             self._discarded += len(data)

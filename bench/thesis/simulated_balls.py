@@ -60,10 +60,10 @@ def worlds(count: int, seed: int = 1995) -> list[tuple[World, int]]:
 
 
 def _alone(world: World) -> World:
-    """Return a world without the other balls of the same paint, which a template finds as well."""
+    """Return a world with a clean ball, and without others of its paint, which a template finds as well."""
     first, *others = world.spheres
     kept = (sphere for sphere in others if sphere.material is not first.material)
-    return replace(world, spheres=(first, *kept))
+    return replace(world, spheres=(replace(first, smear=None), *kept))
 
 
 def found(given: Sequence[tuple[World, int]], planes: Sequence[Change]) -> Found:

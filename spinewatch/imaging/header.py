@@ -165,9 +165,19 @@ def orientation(image: Image.Image) -> int:
     -------
     int
         The orientation tag of a TIFF, 1 to 8; 1 (none) for other formats, which Pillow decodes as stored.
+
+    Raises
+    ------
+    ImageError
+        If the tag is no whole number, for example bytes or text.
     """
     tags = getattr(image, "tag_v2", {}) if image.format == "TIFF" else {}
-    return int(tags.get(_ORIENTATION_TAG, 1))
+    value = tags.get(_ORIENTATION_TAG, 1)
+    if not isinstance(value, int):
+        raise ImageError(
+            "the orientation tag of the image is no number; save the image again, without the tag"
+        )
+    return value
 
 
 def _has_signed_samples(image: Image.Image) -> bool:

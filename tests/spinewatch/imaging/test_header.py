@@ -11,7 +11,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from PIL import Image
+from PIL import Image, TiffImagePlugin, TiffTags
 
 from spinewatch.errors import ImageError
 from spinewatch.imaging.header import MAX_PIXELS, inspect_image
@@ -109,3 +109,14 @@ def test_a_bomb_is_refused_in_milliseconds(data: bytes) -> None:
     with pytest.raises(ImageError):
         inspect_image(data)
     assert time.process_time() - before < 0.1
+
+
+@pytest.mark.parametrize("value", [b"\x06", b"\x06\x06"])
+def test_an_orientation_that_is_no_number_is_refused(value: bytes) -> None:
+    tags = TiffImagePlugin.ImageFileDirectory_v2()
+    tags.tagtype[274] = TiffTags.BYTE
+    tags[274] = value
+    buffer = BytesIO()
+    Image.new("L", (20, 12)).save(buffer, "TIFF", tiffinfo=tags)
+    with pytest.raises(ImageError, match="orientation"):
+        inspect_image(buffer.getvalue())
