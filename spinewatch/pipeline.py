@@ -20,7 +20,7 @@ from spinewatch.detection.refinement.centres import CentreParameters
 from spinewatch.errors import ParameterError, SameImageError
 from spinewatch.flags import Flag
 from spinewatch.imaging.comparison import compare_images
-from spinewatch.imaging.frame import Frame
+from spinewatch.imaging.frame import SIDES, Frame
 from spinewatch.levels import vertebra_names
 from spinewatch.markers import FLAT_10_14_18, TriadModel
 from spinewatch.matching.epipolar import nominal_ranges_mm
@@ -156,6 +156,26 @@ class StageMeasurement:
     parameters: MethodParameters
     templates_version: str
     explanation: Explanation | None = None
+
+
+def flags_of_views(detections: tuple[Detection, Detection]) -> list[Flag]:
+    """Return the flags of both images, each with the side of its image.
+
+    Parameters
+    ----------
+    detections
+        Of the left and the right image.
+
+    Returns
+    -------
+    list of Flag
+        The flags, those of the left image first.
+    """
+    return [
+        Flag(flag.code, f"{side}: {flag.detail}")
+        for side, detection in zip(SIDES, detections, strict=True)
+        for flag in detection.flags
+    ]
 
 
 def require_two_images(left: Frame, right: Frame) -> None:
@@ -440,12 +460,7 @@ class StageMeasurer:
             request.known,
             request.extra_levels,
         )
-        image_flags = [
-            Flag(flag.code, f"{frame.side}: {flag.detail}")
-            for frame, detection in zip(frames, detections, strict=True)
-            for flag in detection.flags
-        ]
-        flags = (*image_flags, *search.flags, *rig_flags, *diagnosis_flags, *label_flags)
+        flags = (*flags_of_views(detections), *search.flags, *rig_flags, *diagnosis_flags, *label_flags)
         explanation = self._explanation(detections, search, request) if explained else None
         return StageMeasurement(
             *detections,

@@ -20,20 +20,21 @@ from spinewatch.imaging.frame import Frame
 from spinewatch.imaging.quality import QualityParameters, assess_image
 from spinewatch.matching.epipolar import nominal_ranges_mm
 from spinewatch.matching.points import Points, parallax_log_odds
-from spinewatch.matching.rig_check import RigCheck, RigCheckParameters, check_rig
+from spinewatch.matching.rig_check import RigCheckParameters
 from spinewatch.matching.selection import MAX_BALLS, TriadCandidates
 from spinewatch.parallel import both
-from spinewatch.pipeline import StageMeasurement, StageRequest, require_two_images
+from spinewatch.pipeline import StageMeasurement, StageRequest, flags_of_views, require_two_images
 from spinewatch.progress import Progress, silent
 from spinewatch.thesis_1995.candidate_sets import CandidateSetParameters
 from spinewatch.thesis_1995.detect_point import DetectPoint, DetectPointParameters, detect_point
 from spinewatch.thesis_1995.explanation import explain_matching
 from spinewatch.thesis_1995.match_point import MatchPoint, MatchPointParameters, match_point
 from spinewatch.thesis_1995.template_trees import PublishedTrees, default_trees
+from spinewatch.triads.drift import search_and_check_rig
 from spinewatch.triads.flags import triad_flags
 from spinewatch.triads.labels import LabelledTriad, LabelParameters, label_triads
 from spinewatch.triads.pose_fit import PoseParameters, fit_poses
-from spinewatch.triads.search import TriadSearch, ball_images, marker_balls
+from spinewatch.triads.search import TriadSearch
 
 METHOD = "thesis-1995"
 """Name of the method in parameters and explanations."""
@@ -233,22 +234,25 @@ class PublishedMeasurer:
         steps = self.steps(left, right, request, progress)
         detections = _detection(left, steps.left), _detection(right, steps.right)
         search = self._search(steps, request)
-        check, rig_flags = self._check_rig(steps, search, request)
+        features = detections[0].features, detections[1].features
+        search, check, rig_flags = search_and_check_rig(
+            lambda _: search,
+            *features,
+            self.rig,
+            replace(
+                steps.parameters.rig_check, refine=False
+            ),  # the published triads are those of the given rig
+            request.models,
+        )
         progress("label", 0.9)
         triads, label_flags = _labelled(search, request, steps.parameters.labels)
         explanation = None
         if explained:
-            features = detections[0].features, detections[1].features
             explanation = explain_matching(steps.matching, features, search, request.models[0], METHOD)
-        image_flags_ = [
-            Flag(flag.code, f"{frame.side}: {flag.detail}")
-            for frame, detection in zip((left, right), detections, strict=True)
-            for flag in detection.flags
-        ]
         return StageMeasurement(
             *detections,
             triads,
-            (*image_flags_, *search.flags, *rig_flags, *label_flags),
+            (*flags_of_views(detections), *search.flags, *rig_flags, *label_flags),
             check,
             steps.parameters,
             self._trees.version,
@@ -288,19 +292,6 @@ class PublishedMeasurer:
             parallax_log_odds(found.points.chi2, p.sets.tolerance_mm / sd_mm),
             np.minimum(*scores),
         )
-
-    def _check_rig(
-        self, steps: PublishedSteps, search: TriadSearch, request: StageRequest
-    ) -> tuple[RigCheck | None, tuple[Flag, ...]]:
-        features = steps.left.features, steps.right.features
-        check = check_rig(
-            self.rig,
-            *ball_images(search, *features),
-            steps.parameters.rig_check,
-            marker_balls(search, request.models),
-        )
-        drifted = check is not None and check.drifted
-        return check, (Flag("calibration-drift", check.message),) if check is not None and drifted else ()
 
 
 def _detection(frame: Frame, found: DetectPoint) -> Detection:

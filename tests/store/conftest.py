@@ -5,6 +5,7 @@ import pytest
 
 from store.database import Database
 from tests.backends import new_database, require_postgresql
+from tests.store.builders import new_stage, new_surgery
 
 
 @pytest.fixture
@@ -18,3 +19,9 @@ def database(tmp_path: Path) -> Iterator[Database]:
 @pytest.fixture
 def postgresql() -> None:
     require_postgresql()
+
+
+@pytest.fixture
+def job(database: Database) -> str:
+    """Return the job of a new stage."""
+    return new_stage(database, new_surgery(database)).job.id

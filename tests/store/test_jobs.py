@@ -29,11 +29,6 @@ from tests.store.builders import (
 )
 
 
-@pytest.fixture
-def job(database: Database) -> str:
-    return new_stage(database, new_surgery(database)).job.id
-
-
 def test_a_job_of_any_kind_has_a_subject_and_a_payload(database: Database) -> None:
     payload: dict[str, Any] = {"surgery_id": "s", "format": "csv"}
     with database.write() as session:

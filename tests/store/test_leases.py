@@ -23,11 +23,6 @@ from tests.store.builders import (
 )
 
 
-@pytest.fixture
-def job(database: Database) -> str:
-    return new_stage(database, new_surgery(database)).job.id
-
-
 def results(database: Database) -> tuple[int, ...]:
     with database.read() as session:
         tables = (Measurement, FeatureList, Triad)
