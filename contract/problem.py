@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import ConfigDict, Field
 
@@ -43,3 +43,7 @@ class Problem(Schema):
     detail: Annotated[str, Field(description="What is wrong and what to do, for people.")]
     instance: Annotated[str | None, Field(description="The request, as in X-Request-ID.")] = None
     errors: Annotated[list[FieldError] | None, Field(description="The fields that cannot be used.")] = None
+
+    def members(self) -> dict[str, Any]:
+        """Return the members as JSON values, without those of the problem itself that are null."""
+        return {name: value for name, value in self.model_dump(mode="json").items() if value is not None}

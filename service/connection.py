@@ -161,7 +161,7 @@ class LimitedConnection(H11Protocol):
             if started:
                 self.end()
                 return
-        body = json.dumps(problem(status, detail).model_dump(mode="json", exclude_none=True)).encode()
+        body = json.dumps(problem(status, detail).members()).encode()
         headers = [
             *self.server_state.default_headers,
             (b"content-type", MEDIA_TYPE.encode()),

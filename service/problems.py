@@ -122,8 +122,7 @@ def problem_response(
     request_id = scope.get("state", {}).get("request_id")
     if request_id:
         problem = problem.model_copy(update={"instance": f"urn:spinewatch:request:{request_id}"})
-    body = problem.model_dump(mode="json", exclude_none=True)
-    return JSONResponse(body, problem.status, headers=headers, media_type=MEDIA_TYPE)
+    return JSONResponse(problem.members(), problem.status, headers=headers, media_type=MEDIA_TYPE)
 
 
 def field_errors(entries: Iterable[tuple[Sequence[str | int], str, str]]) -> list[FieldError]:

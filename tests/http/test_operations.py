@@ -78,6 +78,7 @@ def test_the_service_is_ready_while_a_worker_runs(tmp_path: Path) -> None:
         problem = problem_of(service.client.get("/health/ready"), 503)
         assert problem["type"].endswith(":not-ready")
         assert failed(problem) == {"workers"}
+        assert all({"figure", "limit", "unit"} <= set(check) for check in problem["checks"])
         assert "workers: no worker has reported" in problem["detail"]
         worker = service.start("worker")
         wait_for(lambda: is_ready(service), "the worker to report")
