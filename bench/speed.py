@@ -32,7 +32,8 @@ SAMPLES = Path(__file__).parents[1] / "samples"
 RUNS = 20
 TEMPLATES = 10
 SIDE = 19
-BAR = 5.0
+MAX_ONE_THREAD_MS, MAX_TWO_THREADS_MS, MIN_TIMES_FASTER = 20.0, 13.0, 15.0
+"""The bars. They are those of quiet cores: on a busy machine all but the ratio are missed."""
 
 
 @dataclass(frozen=True)
@@ -102,18 +103,29 @@ class Outcome:
 
     @property
     def ratio(self) -> float:
-        """Time of the peer over that of one pair."""
-        return median(self.peer) / median(self.single)
+        """Time of the peer over that of one pair in one thread."""
+        return median(self.peer) / median(self.one_core)
 
     @property
     def bars(self) -> tuple[Bar, ...]:
         """The bars and whether they are reached."""
         gain = median(single / prepared for single, prepared in zip(self.single, self.prepared, strict=True))
+        one, two = median(self.one_core), median(self.prepared)
         return (
             Bar(
-                f"one pair at least {BAR:.0f} times faster than the peer",
+                f"one pair in one thread <= {MAX_ONE_THREAD_MS:.0f} ms",
+                f"{one:.1f} ms",
+                one <= MAX_ONE_THREAD_MS,
+            ),
+            Bar(
+                f"one pair in one thread at least {MIN_TIMES_FASTER:.0f} times faster than the peer",
                 f"{self.ratio:.1f} times",
-                self.ratio >= BAR,
+                self.ratio >= MIN_TIMES_FASTER,
+            ),
+            Bar(
+                f"one pair in two threads <= {MAX_TWO_THREADS_MS:.0f} ms",
+                f"{two:.1f} ms",
+                two <= MAX_TWO_THREADS_MS,
             ),
             Bar("a prepared measurer is faster", f"{gain:.2f} times", gain > 1),
         )

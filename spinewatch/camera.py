@@ -145,7 +145,10 @@ class Camera:
         Float
             d(ideal)/d(pixel), shape (..., 2, 2), mm per px.
         """
-        d = self.plate(pixels) - self.principal_point_mm
+        return self._pixel_jacobian(self.plate(pixels) - self.principal_point_mm)
+
+    def _pixel_jacobian(self, d: Float) -> Float:
+        """Return d(ideal)/d(pixel), shape (..., 2, 2), at offsets (..., 2) from the principal point."""
         px, py = self.pixel_size_mm
         return np.asarray(_correct_jacobian(d, self.radial, self.decentering) * np.array([px, -py]))
 
@@ -250,8 +253,9 @@ class Camera:
         Rays
             n rays.
         """
-        ideal = self.undistort(self.plate(pixels))
-        J = self.undistortion_jacobian(pixels)
+        d = self.plate(pixels) - self.principal_point_mm
+        ideal = _correct(d, self.radial, self.decentering)
+        J = self._pixel_jacobian(d)
         extra_mm = self.focal_length_mm * extra_sd_mrad / 1000
         S = J @ np.asarray(covariance_px2) @ np.swapaxes(J, -1, -2) + extra_mm**2 * np.eye(2)
         return Rays(self.pinhole, ideal, S, self.pinhole.rays(ideal))

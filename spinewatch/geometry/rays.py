@@ -9,6 +9,10 @@ import numpy as np
 
 from spinewatch.arrays import Float
 from spinewatch.geometry.projection import Pinhole
+from spinewatch.geometry.small_matrices import inverse_3x3
+
+_PARALLEL = 1e-12
+"""Determinant below which the squared distances from unit rays determine no point."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,18 +79,15 @@ def nearest_points(rays: Sequence[Rays]) -> tuple[Float, Float]:
     ----------
     Thesis eq. 5.15.
     """
-    centres = np.stack([r.pinhole.centre_mm for r in rays])
-    d = np.stack([r.vectors for r in rays], axis=1)
-    d = d / np.linalg.norm(d, axis=-1, keepdims=True)
-    across = np.eye(3) - d[..., :, None] * d[..., None, :]
-    A = across.sum(axis=1)
-    b = (across @ centres[:, :, None])[..., 0].sum(axis=1)
-    parallel = np.linalg.det(A) < 1e-12
-    A[parallel] = np.eye(3)
-    X = np.linalg.solve(A, b[..., None])[..., 0]
-    X[parallel] = np.nan
-    distance = (across @ (X[:, None, :] - centres)[..., None])[..., 0]
-    return X, 2 * np.sqrt((distance**2).sum(axis=-1).mean(axis=1))
+    centres = np.array([r.pinhole.centre_mm for r in rays])[..., None]
+    d = np.ascontiguousarray(np.swapaxes([r.vectors for r in rays], 1, 2))
+    d = d / np.sqrt((d * d).sum(axis=1, keepdims=True))
+    A = len(rays) * np.eye(3)[..., None] - np.einsum("kin,kjn->ijn", d, d)
+    inverse, determinant = inverse_3x3(A)
+    X = np.einsum("ijn,jn->in", inverse, _across(centres, d).sum(axis=0))
+    X[:, determinant < _PARALLEL] = np.nan
+    distance = _across(X - centres, d)
+    return np.ascontiguousarray(X.T), 2 * np.sqrt((distance * distance).sum(axis=1).mean(axis=0))
 
 
 def axes_approach_mm(left: Pinhole, right: Pinhole) -> tuple[float, float] | None:
@@ -107,3 +108,8 @@ def axes_approach_mm(left: Pinhole, right: Pinhole) -> tuple[float, float] | Non
     A = np.column_stack([axes[:, 0], -axes[:, 1]])
     along, _, rank, _ = np.linalg.lstsq(A, right.centre_mm - left.centre_mm, rcond=1e-6)
     return (float(along[0]), float(along[1])) if rank == 2 else None
+
+
+def _across(vectors: Float, d: Float) -> Float:
+    """Return the components of vectors (k, 3, n) across unit vectors (k, 3, n)."""
+    return np.asarray(vectors - d * (d * vectors).sum(axis=1, keepdims=True))

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from spinewatch.arrays import Float
+from spinewatch.geometry.projection import PinholeStack
 from spinewatch.geometry.rays import Rays, nearest_points
+from spinewatch.geometry.small_matrices import inverse_2x2, inverse_3x3
 
 _MAX_STEPS = 10
 _TOLERANCE_MM = 1e-10
@@ -66,23 +68,20 @@ def triangulate(rays: Sequence[Rays]) -> Triangulation:
     >>> triangulate(rays).position_mm.round(6)
     array([[100.,  50.,  20.]])
     """
-    X, parallax = nearest_points(rays)
-    weights = [np.linalg.inv(r.covariance_mm2) for r in rays]
-    N = np.broadcast_to(np.eye(3), (len(X), 3, 3))
+    nearest, parallax = nearest_points(rays)
+    cameras = PinholeStack.of([r.pinhole for r in rays])
+    X = np.ascontiguousarray(nearest.T)
+    observed = np.ascontiguousarray(np.swapaxes([r.ideal_mm for r in rays], 1, 2))
+    weight = inverse_2x2(np.array([r.covariance_mm2 for r in rays])).transpose(0, 2, 3, 1)
+    weight, covariance = np.ascontiguousarray(weight), np.empty((3, 3, len(nearest)))
     for _ in range(_MAX_STEPS):
-        N = np.zeros((len(X), 3, 3))
-        b = np.zeros((len(X), 3, 1))
-        for r, W in zip(rays, weights, strict=True):
-            predicted, J = r.pinhole.project(X)
-            JtW = np.swapaxes(J, -1, -2) @ W
-            N += JtW @ J
-            b += JtW @ (r.ideal_mm - predicted)[..., None]
-        step = np.linalg.solve(N, b)[..., 0]
+        predicted, J = cameras.project(X)
+        W_J = np.einsum("krsn,ksin->krin", weight, J)
+        covariance, _ = inverse_3x3(np.einsum("krin,krjn->ijn", J, W_J))
+        step = np.einsum("ijn,jn->in", covariance, np.einsum("krin,krn->in", W_J, observed - predicted))
         X = X + step
         if not np.any(np.abs(step) > _TOLERANCE_MM):
             break
-    chi2 = np.zeros(len(X))
-    for r, W in zip(rays, weights, strict=True):
-        residual = r.ideal_mm - r.pinhole.project(X)[0]
-        chi2 += np.einsum("ni,nij,nj->n", residual, W, residual)
-    return Triangulation(X, np.asarray(np.linalg.inv(N), dtype=np.float64), parallax, chi2)
+    residual = observed - cameras.ideal(X)
+    chi2 = np.einsum("krn,krn->n", residual, np.einsum("krsn,ksn->krn", weight, residual))
+    return Triangulation(np.ascontiguousarray(X.T), np.ascontiguousarray(covariance.T), parallax, chi2)

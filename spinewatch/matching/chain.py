@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import heapq
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import count
 
 import numpy as np
@@ -74,6 +75,24 @@ class ChainParameters:
     min_log_odds: float = 4.6
     max_splits: int = 500
 
+    @cached_property
+    def spacings_mm(self) -> Float:
+        """Spacings that are tried, shape (s,), mm."""
+        return np.geomspace(*self.spacing_mm, self.n_spacings)
+
+    @cached_property
+    def log_gap_density(self) -> tuple[Float, Float]:
+        """Logarithms of gap over spacing, shape (g,), and the log density there, shape (g,)."""
+        ratios, sd = np.log([ratio for ratio, _ in self.gap_ratios]), self.spacing_sd
+        grid = np.linspace(ratios.min() - 4 * sd, ratios.max() + 4 * sd, _GRID)
+        density = np.zeros_like(grid)
+        for ratio, probability in self.gap_ratios:
+            sd = self.spacing_sd / np.sqrt(max(ratio, 1.0))
+            density += (
+                probability * np.exp(-0.5 * ((grid - np.log(ratio)) / sd) ** 2) / (np.sqrt(2 * np.pi) * sd)
+            )
+        return grid, np.log(density + _MIN_DENSITY)
+
 
 @dataclass(frozen=True, eq=False)
 class ChainCandidates:
@@ -92,6 +111,23 @@ class ChainCandidates:
     origin_mm: Float
     log_odds: Float
     exclusive: Bool
+
+    def take(self, index: Int) -> ChainCandidates:
+        """Return a selection of the candidates.
+
+        Parameters
+        ----------
+        index
+            Their indices, shape (k,).
+
+        Returns
+        -------
+        ChainCandidates
+            The selected candidates, in the order of the index.
+        """
+        return ChainCandidates(
+            self.origin_mm[index], self.log_odds[index], self.exclusive[index[:, None], index]
+        )
 
 
 def best_chain(
@@ -135,8 +171,7 @@ def best_chain(
     array([0, 1, 3])
     """
     gains = candidates.log_odds - parameters.min_log_odds
-    spacings = np.geomspace(*parameters.spacing_mm, parameters.n_spacings)
-    steps = step_log_odds(candidates, axis, volume_mm3, spacings, parameters)
+    steps = step_log_odds(candidates, axis, volume_mm3, parameters)
     order = count()
 
     def examine(excluded: frozenset[int]) -> tuple[float, int, frozenset[int], Int]:
@@ -160,7 +195,7 @@ def best_chain(
 
 
 def step_log_odds(
-    candidates: ChainCandidates, axis: int, volume_mm3: float, spacings_mm: Float, parameters: ChainParameters
+    candidates: ChainCandidates, axis: int, volume_mm3: float, parameters: ChainParameters
 ) -> Float:
     """Return the log-odds of steps between neighbours: the likelihood as a step of the chain to that by chance.
 
@@ -172,40 +207,39 @@ def step_log_odds(
         Object axis along which the spine extends: 0 or 1.
     volume_mm3
         Volume in which chance triads are uniformly distributed, mm^3.
-    spacings_mm
-        Spacings of the chain, shape (s,), mm.
     parameters
         Prior knowledge of the chain.
 
     Returns
     -------
     Float
-        Log-odds of j as the next neighbour of i for each spacing, shape (s, c, c); minus infinity where impossible.
+        Log-odds of j as the next neighbour of i for each of the s spacings that are tried, shape (s, c, c); minus
+        infinity where impossible.
     """
-    p = parameters
-    d = candidates.origin_mm[None] - candidates.origin_mm[:, None]
-    along, length = d[..., axis], np.linalg.norm(d, axis=-1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slopes = np.delete(d, axis, axis=-1) / along[..., None]
-    possible = (along > 0) & np.all(np.abs(slopes) <= p.max_slope, axis=-1) & ~candidates.exclusive
-    i, j = np.nonzero(possible)
-    squared_slope = (slopes[i, j] ** 2).sum(axis=1)
+    p, origin = parameters, candidates.origin_mm
+    across = np.arange(3) != axis
+    d = origin[None] - origin[:, None]
+    possible = np.abs(d[..., across]).max(axis=-1) <= p.max_slope * d[..., axis]
+    i, j = np.nonzero(possible & (d[..., axis] > 0) & ~candidates.exclusive)
+    step = d[i, j]
+    along, length = step[:, axis], np.sqrt((step * step).sum(axis=1))
+    squared_slope = ((step[:, across] / along[:, None]) ** 2).sum(axis=1)
     direction = np.logaddexp(
         np.log1p(-p.bent_probability) + _log_normal_2d(squared_slope, p.slope_sd),
         np.log(p.bent_probability) + _log_normal_2d(squared_slope, p.bent_slope_sd),
     )
-    grid, density = _log_gap_density(p)
-    log_ratio = np.log(length[i, j]) - np.log(spacings_mm)[:, None]
-    spacing = np.interp(log_ratio, grid, density, left=-np.inf, right=-np.inf)
-    log_jacobian = np.log(length[i, j]) + 2 * np.log(along[i, j])  # from log ratio and slopes to mm
-    log_odds = np.full((len(spacings_mm), *possible.shape), -np.inf)
+    log_length = np.log(length)
+    log_ratio = log_length - np.log(p.spacings_mm)[:, None]
+    spacing = np.interp(log_ratio, *p.log_gap_density, left=-np.inf, right=-np.inf)
+    log_jacobian = log_length + 2 * np.log(along)  # from log ratio and slopes to mm
+    log_odds = np.full((p.n_spacings, *possible.shape), -np.inf)
     log_odds[:, i, j] = spacing + direction + (np.log(volume_mm3) - log_jacobian)
     return log_odds
 
 
 def _relaxed(gains: Float, steps: Float, max_length: int) -> tuple[Int, float]:
     """Return the best chain (k,) if only neighbours exclude each other, and its value."""
-    value = np.tile(gains, (len(steps), 1))
+    value, into = np.tile(gains, (len(steps), 1)), np.ascontiguousarray(np.swapaxes(steps, 1, 2))
     best, chain = 0.0, np.empty(0, dtype=np.intp)
     predecessors: list[Int] = []
     for length in range(1, max_length + 1):
@@ -214,9 +248,9 @@ def _relaxed(gains: Float, steps: Float, max_length: int) -> tuple[Int, float]:
             best, chain = float(value[s, last]), _backtrack(predecessors, int(s), int(last))
         if length == max_length:
             break
-        total = value[:, :, None] + steps
-        predecessors.append(total.argmax(axis=1))
-        value = total.max(axis=1) + gains
+        total = value[:, None, :] + into
+        predecessors.append(total.argmax(axis=2))
+        value = np.take_along_axis(total, predecessors[-1][..., None], axis=2)[..., 0] + gains
         if not np.any(value > -np.inf):
             break
     return chain, best
@@ -239,14 +273,3 @@ def _conflict(chain: Int, exclusive: Bool) -> tuple[int, int] | None:
 def _log_normal_2d(squares: Float, sd: float) -> Float:
     """Return the log density of an isotropic normal distribution in the plane, of squared lengths (n,)."""
     return np.asarray(-0.5 * squares / sd**2 - np.log(2 * np.pi * sd**2))
-
-
-def _log_gap_density(p: ChainParameters) -> tuple[Float, Float]:
-    """Return a grid (g,) of the logarithm of gap over spacing, and the log density there."""
-    ratios = [ratio for ratio, _ in p.gap_ratios]
-    grid = np.linspace(np.log(min(ratios)) - 4 * p.spacing_sd, np.log(max(ratios)) + 4 * p.spacing_sd, _GRID)
-    density = np.zeros_like(grid)
-    for ratio, probability in p.gap_ratios:
-        sd = p.spacing_sd / np.sqrt(max(ratio, 1.0))
-        density += probability * np.exp(-0.5 * ((grid - np.log(ratio)) / sd) ** 2) / (np.sqrt(2 * np.pi) * sd)
-    return grid, np.log(density + _MIN_DENSITY)

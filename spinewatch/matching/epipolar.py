@@ -11,6 +11,7 @@ from spinewatch.camera import Rig
 from spinewatch.errors import ParameterError
 from spinewatch.geometry.projection import Pinhole
 from spinewatch.geometry.rays import Rays
+from spinewatch.geometry.rotations import cross_matrix
 
 
 @dataclass(frozen=True)
@@ -79,11 +80,14 @@ def candidate_pairs(left: Rays, right: Rays, rig: Rig, parameters: EpipolarParam
     directions, and the tolerance is in standard deviations, where the thesis has a number of pixels.
     """
     limits = range_limits_mm(rig, parameters)
-    near_line = np.abs(epipolar_distance_sigma(left, right)) <= parameters.tolerance_sigma
-    right_on_segment = within_segment(left, right, limits[0], parameters.end_margin)
-    left_on_segment = within_segment(right, left, limits[1], parameters.end_margin).T
-    i, j = np.nonzero(near_line & right_on_segment & left_on_segment)
-    return CandidatePairs(i, j)
+    e, variance = _coplanarity(left, right)
+    i, j = np.nonzero(e * e <= parameters.tolerance_sigma**2 * variance)
+    margin, inside = parameters.end_margin, np.ones(len(i), dtype=bool)
+    for rays, others, a, b, of_rays in ((left, right, i, j, limits[0]), (right, left, j, i, limits[1])):
+        along, start = _segments(rays, others, of_rays)
+        s = (along[a] * others.ideal_mm[b]).sum(axis=1) - start[a]
+        inside &= (s >= -margin) & (s <= 1 + margin)
+    return CandidatePairs(i[inside], j[inside])
 
 
 def range_limits_mm(rig: Rig, parameters: EpipolarParameters) -> tuple[Float, Float]:
@@ -222,10 +226,8 @@ def within_segment(rays: Rays, others: Rays, limits_mm: Float, end_margin: float
     Bool
         Whether each of the others projects onto the segment of each ray, shape (n, m).
     """
-    segments = epipolar_segments(rays, others.pinhole, limits_mm)
-    start, along = segments[:, 0], segments[:, 1] - segments[:, 0]
-    along = along / (along * along).sum(axis=1, keepdims=True)
-    s = along @ others.ideal_mm.T - (along * start).sum(axis=1, keepdims=True)
+    along, start = _segments(rays, others, limits_mm)
+    s = along @ others.ideal_mm.T - start[:, None]
     return np.asarray((s >= -end_margin) & (s <= 1 + end_margin))
 
 
@@ -251,13 +253,29 @@ def epipolar_distance_sigma(left: Rays, right: Rays) -> Float:
     ----------
     Thesis eq. 5.10, in pixels.
     """
-    base = right.pinhole.centre_mm - left.pinhole.centre_mm
-    from_left = np.cross(base, left.vectors)
-    from_right = np.cross(right.vectors, base)
+    e, variance = _coplanarity(left, right)
+    return np.asarray(e / np.sqrt(variance))
+
+
+def _segments(rays: Rays, others: Rays, limits_mm: Float) -> tuple[Float, Float]:
+    """Return vectors (n, 2) whose product with an image point is its place on the segment plus a start (n,).
+
+    The place is 0 at the close point and 1 at the far one.
+    """
+    segments = epipolar_segments(rays, others.pinhole, limits_mm)
+    along = segments[:, 1] - segments[:, 0]
+    along = along / (along * along).sum(axis=1, keepdims=True)
+    return along, (along * segments[:, 0]).sum(axis=1)
+
+
+def _coplanarity(left: Rays, right: Rays) -> tuple[Float, Float]:
+    """Return the coplanarity of n left and m right rays, shape (n, m), and its variance."""
+    across = cross_matrix(right.pinhole.centre_mm - left.pinhole.centre_mm)
+    from_left, from_right = left.vectors @ across.T, right.vectors @ across
     e = from_left @ right.vectors.T
     in_right = _squares(from_left @ right.pinhole.M[:2].T) @ _entries(right.covariance_mm2).T
     in_left = _entries(left.covariance_mm2) @ _squares(from_right @ left.pinhole.M[:2].T).T
-    return e / np.sqrt(in_right + in_left)
+    return e, in_right + in_left
 
 
 def _squares(g: Float) -> Float:

@@ -6,8 +6,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 from scipy.spatial import cKDTree
-from scipy.special import gammaln
-from scipy.stats import chi2
+from scipy.special import chdtri, gammaln
 
 from spinewatch.arrays import Bool, Float, Int
 from spinewatch.markers import TriadModel
@@ -112,11 +111,11 @@ def identify_triads(
     >>> identify_triads(points, model, IdentificationParameters()).point
     array([[0, 1, 2]])
     """
-    tuples = _fitting_tuples(points, model, parameters, distinct_features)
+    limit = chi2_limit(_dof(model), parameters.significance)
+    tuples = _fitting_tuples(points, model, parameters, distinct_features, limit)
     tuples = tuples[model.matches_chirality(points.position_mm[tuples])]
     found = _rate_tuples(tuples, points, model, parameters)
     order = np.argsort(found.distance_chi2, kind="stable")
-    limit = float(chi2.isf(parameters.significance, _dof(model)))
     return found.take(order[found.distance_chi2[order] <= limit])
 
 
@@ -167,7 +166,7 @@ def discarded_tuples(
     for a, b in model.pairs:
         distinct &= _distinct(points, tuples[:, a], tuples[:, b])
     same_handed = np.asarray(model.matches_chirality(points.position_mm[tuples]))
-    limit = float(chi2.isf(parameters.significance, _dof(model)))
+    limit = chi2_limit(_dof(model), parameters.significance)
     kept = distinct & same_handed & (rated.distance_chi2 <= limit)
     order = np.argsort(rated.error_mm, kind="stable")
     order = order[~kept[order]]
@@ -219,6 +218,34 @@ def pairs_at_distances(
     return [pairs[np.abs(length - d) < tolerance_mm] for d in distances_mm]
 
 
+def distance_chi2(points: Points, pairs: Int, distance_mm: float, model_sd_mm: float) -> Float:
+    """Return the chi-squares of the distances of pairs of points.
+
+    Parameters
+    ----------
+    points
+        Triangulated points.
+    pairs
+        Pairs of indices, shape (p, 2).
+    distance_mm
+        Distance on the marker, mm.
+    model_sd_mm
+        Standard deviation of that distance as manufactured, mm.
+
+    Returns
+    -------
+    Float
+        Chi-squares, shape (p,), one degree of freedom.
+    """
+    i, j = pairs.T
+    along = points.position_mm[j] - points.position_mm[i]
+    length = np.sqrt((along * along).sum(axis=1))
+    u = along / length[:, None]
+    S = points.covariance_mm2[i] + points.covariance_mm2[j]
+    variance = (u * (S @ u[..., None])[..., 0]).sum(axis=1) + model_sd_mm**2
+    return np.asarray((length - distance_mm) ** 2 / variance)
+
+
 def log_gate_volume(dof: int, significance: float) -> float:
     """Return the logarithm of the volume of whitened errors that pass a chi-square test.
 
@@ -234,8 +261,31 @@ def log_gate_volume(dof: int, significance: float) -> float:
     float
         Log volume of a ball in ``dof`` dimensions, without unit.
     """
-    radius2 = float(chi2.isf(significance, dof))
+    radius2 = chi2_limit(dof, significance)
     return float(0.5 * dof * np.log(np.pi * radius2) - gammaln(dof / 2 + 1))
+
+
+def chi2_limit(dof: int, significance: float) -> float:
+    """Return the chi-square that a true value exceeds with a given probability.
+
+    Parameters
+    ----------
+    dof
+        Degrees of freedom.
+    significance
+        The probability; 0 for an infinite limit.
+
+    Returns
+    -------
+    float
+        Limit of a chi-square test.
+
+    Examples
+    --------
+    >>> round(chi2_limit(3, 0.001), 3)
+    16.266
+    """
+    return float(chdtri(dof, significance))
 
 
 def _dof(model: TriadModel) -> int:
@@ -244,10 +294,23 @@ def _dof(model: TriadModel) -> int:
 
 
 def _fitting_tuples(
-    points: Points, model: TriadModel, parameters: IdentificationParameters, distinct: bool
+    points: Points,
+    model: TriadModel,
+    parameters: IdentificationParameters,
+    distinct: bool,
+    max_chi2: float = np.inf,
 ) -> Int:
-    """Return the tuples (t, n) whose distances are within the tolerance, ball by ball."""
+    """Return the tuples (t, n) whose distances are within the tolerance, ball by ball.
+
+    The chi-square of a tuple is no smaller than that of one of its distances: pairs beyond the largest one are not
+    joined.
+    """
     lists = pairs_at_distances(points, model.distances_mm, parameters.tolerance_mm, distinct)
+    if max_chi2 < np.inf:
+        lists = [
+            pairs[distance_chi2(points, pairs, distance, parameters.model_sd_mm) <= max_chi2]
+            for pairs, distance in zip(lists, model.distances_mm, strict=True)
+        ]
     of_pair = {tuple(pair): i for i, pair in enumerate(model.pairs.tolist())}
     tuples = lists[of_pair[0, 1]]
     for ball in range(2, len(model.balls)):

@@ -11,17 +11,15 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from spinewatch.arrays import Float, Int
 from spinewatch.camera import Camera, Rig
 from spinewatch.detection.features import Features
 from spinewatch.geometry.rays import Rays
+from spinewatch.geometry.rotations import cross_matrix
 from spinewatch.matching.marker_scale import MarkerScale, MarkerScaleParameters
 from spinewatch.matching.scale_measurement import MarkerBalls, measure_scale
-
-_STEP = 1e-4
-"""Step of the numerical derivatives, radians and mm."""
 
 _RANK_TOLERANCE = 1e-6
 """Directions with less than this fraction of the largest information are not determined."""
@@ -199,29 +197,31 @@ def check_rig(
         return None
     rays = left.rays(rig.left), right.rays(rig.right)
     marker = np.arange(len(left)) if markers is None else markers.marker
-    error, px = _coplanarity(rig.left, rig.right, *rays)
+    error, J, px = _coplanarity(rig.left, rig.right, *rays)
     whitening = np.linalg.inv(
         np.linalg.cholesky(_covariance(rig.left, rig.right, *rays, marker, p.common_sd_mrad))
     )
-    residual, J = whitening @ error, np.empty((len(error), 6))
-    for k, motion in enumerate(np.eye(6) * _STEP):
-        moved, _ = _coplanarity(rig.left, rig.right.moved(motion[:3], motion[3:]), *rays)
-        J[:, k] = whitening @ (moved - error) / _STEP
     unit = np.repeat([np.radians(p.bump_sd_deg), p.bump_sd_mm], 3)
-    N, b = (J * unit).T @ (J * unit), -(J * unit).T @ residual
-    explained = b @ np.linalg.pinv(N, hermitian=True, rcond=_RANK_TOLERANCE) @ b
+    residual, J = whitening @ error, whitening @ J * unit
+    N, b = J.T @ J, -J.T @ residual
+    information, directions = np.linalg.eigh(N)
+    along = directions.T @ b
+    known = information > _RANK_TOLERANCE * information[-1]
+    explained = (along[known] ** 2 / information[known]).sum()
     unexplained = float(p.covariance_dof + residual @ residual - explained)
     unexplained_dof = p.covariance_dof + len(residual) - _RELATIVE_ORIENTATION_DOF
     variance_factor = unexplained / unexplained_dof
-    N, b = N / variance_factor, b / variance_factor
-    chi_square, dof = _chi_square(N, b, (p.tolerance_mrad / 1000 / unit[0]) ** 2, p.min_information)
-    S = np.linalg.inv(N + np.eye(6))
-    motion, motion_sd = S @ b * unit, np.sqrt(np.diag(S)) * unit
-    p_value = float(chi2.sf(chi_square, dof)) if dof else 1.0
+    information, along = information / variance_factor, along / variance_factor
+    tested = known & (information > p.min_information)
+    variance = information + (p.tolerance_mrad / 1000 / unit[0] * information) ** 2
+    chi_square, dof = float((along[tested] ** 2 / variance[tested]).sum()), int(tested.sum())
+    S = np.linalg.inv(N / variance_factor + np.eye(6))
+    motion, motion_sd = S @ b / variance_factor * unit, np.sqrt(np.diag(S)) * unit
+    p_value = float(chdtrc(dof, chi_square)) if dof else 1.0
     scale = None
     if markers is not None:
         spread = (unexplained, unexplained_dof)
-        scale = measure_scale(rig, left, right, markers, p.marker_scale, spread)
+        scale = measure_scale(rig, rays, markers, p.marker_scale, spread)
     return RigCheck(
         balls=len(left),
         rms_px=float(np.sqrt(np.mean(px**2))),
@@ -259,34 +259,30 @@ def refined_rig(rig: Rig, check: RigCheck) -> Rig:
     )
 
 
-def _chi_square(N: Float, b: Float, tolerance: float, min_information: float) -> tuple[float, int]:
-    """Return the chi-square of b and its degrees of freedom, for motions of the variance ``tolerance``."""
-    values, vectors = np.linalg.eigh(N)
-    determined = values > max(_RANK_TOLERANCE * values[-1], min_information)
-    along, information = vectors[:, determined].T @ b, values[determined]
-    return float((along**2 / (information + tolerance * information**2)).sum()), int(determined.sum())
+def _coplanarity(
+    left: Camera, right: Camera, rays_left: Rays, rays_right: Rays
+) -> tuple[Float, Float, Float]:
+    """Return coplanarity errors ``(B x a_L) . a_R``, shape (n,), and the same as pixels in the right image.
 
-
-def _coplanarity(left: Camera, right: Camera, rays_left: Rays, rays_right: Rays) -> tuple[Float, Float]:
-    """Return coplanarity errors (n,), and the same as pixels in the right image."""
-    base = right.centre - left.centre
-    vectors = right.pinhole.rays(rays_right.ideal_mm)
-    normal = np.cross(base, rays_left.vectors)
-    error = (normal * vectors).sum(axis=1)
+    Between them, their derivatives (n, 6) with respect to a rotation and a shift of the right camera in its own axes.
+    """
+    normal = rays_left.vectors @ cross_matrix(right.centre - left.centre).T
+    error = (normal * rays_right.vectors).sum(axis=1)
+    turned, shifted = np.cross([normal, rays_left.vectors], rays_right.vectors) @ right.M.T
     px = error / np.linalg.norm(normal @ right.M[:2].T, axis=1) / right.pixel_size_mm[1]
-    return error, px
+    return error, np.concatenate([turned, shifted], axis=1), px
 
 
 def _covariance(
     left: Camera, right: Camera, rays_left: Rays, rays_right: Rays, marker: Int, common_sd_mrad: float
 ) -> Float:
     """Return the covariance (n, n) of coplanarity errors: own errors, and those that a marker shares per image."""
-    base = right.centre - left.centre
+    across = cross_matrix(right.centre - left.centre)
     same = marker[:, None] == marker
     S = np.zeros(same.shape)
     for camera, rays, normal in (
-        (right, rays_right, np.cross(base, rays_left.vectors)),
-        (left, rays_left, np.cross(rays_right.vectors, base)),
+        (right, rays_right, rays_left.vectors @ across.T),
+        (left, rays_left, rays_right.vectors @ across),
     ):
         gradient = normal @ camera.M[:2].T
         S += np.diag(np.einsum("ni,nij,nj->n", gradient, rays.covariance_mm2, gradient))

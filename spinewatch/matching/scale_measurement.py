@@ -9,12 +9,11 @@ from scipy.special import stdtr
 
 from spinewatch.arrays import Float, Int
 from spinewatch.camera import Rig
-from spinewatch.detection.features import Features
+from spinewatch.geometry.rays import Rays
+from spinewatch.geometry.rotations import cross_matrix
+from spinewatch.geometry.small_matrices import inverse_2x2
 from spinewatch.geometry.triangulation import Triangulation, triangulate
 from spinewatch.matching.marker_scale import MarkerScale, MarkerScaleParameters
-
-_STEP_DEG = 0.1
-"""Rotation about the vertical for the numerical derivative of the scale, degrees."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +37,7 @@ class MarkerBalls:
 
 def measure_scale(
     rig: Rig,
-    left: Features,
-    right: Features,
+    rays: tuple[Rays, Rays],
     known: MarkerBalls,
     parameters: MarkerScaleParameters,
     covariance_chi2: tuple[float, int] = (0.0, 0),
@@ -50,15 +48,15 @@ def measure_scale(
     ----------
     rig
         The calibrated cameras.
-    left, right
-        Images of the balls: the i-th features belong to the same ball.
+    rays
+        Rays of the left and the right camera: the i-th ones are those of the same ball.
     known
         Known distances between them.
     parameters
         Limits and prior knowledge.
     covariance_chi2
-        Chi-square of other residuals of the same features, and its degrees of freedom. Together with the residuals of
-        the distances they scale all deviations, so that large errors of the features are not mistaken for a drift.
+        Chi-square of other residuals of the same rays, and its degrees of freedom. Together with the residuals of the
+        distances they scale all deviations, so that large errors of the rays are not mistaken for a drift.
 
     Returns
     -------
@@ -76,19 +74,22 @@ def measure_scale(
     >>> from spinewatch.simulation.rigs import large_rig
     >>> rig, centres = large_rig(), np.array([[400.0, 390, 90], [450, 395, 85], [500, 390, 80]])
     >>> balls = (centres[:, None] + model.coordinates_mm).reshape(-1, 3)
-    >>> left, right = (Features.with_sigma(c.project(balls), np.ones(9), 0.1) for c in (rig.left, rig.right))
+    >>> images = rig.left.project(balls), rig.right.project(balls)
     >>> pairs = np.concatenate([model.pairs + 3 * t for t in range(3)])
     >>> known = MarkerBalls(np.repeat(np.arange(3), 3), pairs, np.tile(model.distances_mm, 3))
     >>> rotated = Rig("rotated", rig.left, rig.right.moved(np.radians([0, 0.5, 0]), np.zeros(3)))
-    >>> found = measure_scale(rotated, left, right, known, MarkerScaleParameters())
+    >>> cameras = rotated.left, rotated.right
+    >>> rays = tuple(c.rays(xy, 0.01 * np.eye(2)) for c, xy in zip(cameras, images, strict=True))
+    >>> found = measure_scale(rotated, rays, known, MarkerScaleParameters())
     >>> round(found.scale, 3), round(found.yaw_deg, 1), found.drifted
     (1.015, -0.5, True)
     """
     p, d = parameters, len(known.distances_mm)
     if d < p.min_distances:
         return None
-    points = _triangulated(rig, left, right)
-    lengths, C = _lengths(points, known.pairs)
+    points = triangulate(rays)
+    lengths, J = _lengths(points.position_mm, known.pairs)
+    C = np.einsum("dnj,enj->de", np.einsum("dni,nij->dnj", J, points.covariance_mm2), J)
     errors, size = lengths - known.distances_mm, known.distances_mm
     S = C + p.marker_sd_mm**2 * np.eye(d)
     weights = np.linalg.solve(S, size)
@@ -102,9 +103,7 @@ def measure_scale(
     made = p.marker_sd_mm * float(np.sqrt(variance_factor * (weights @ weights)))
     common_sd = float(np.hypot(made, p.calibration_sd))
     p_value = float(2 * stdtr(dof, -abs(change) / np.hypot(sd, common_sd)))
-    moved = Rig(rig.name, rig.left, rig.right.moved(np.radians([0.0, _STEP_DEG, 0.0]), np.zeros(3)))
-    moved_lengths, _ = _lengths(_triangulated(moved, left, right), known.pairs)
-    per_degree = float(weights @ (moved_lengths - lengths)) / _STEP_DEG
+    per_degree = float(weights @ np.einsum("dni,ni->d", J, _shift_by_yaw(points, rays[1])))
     scale = 1 + change
     return MarkerScale(
         distances=d,
@@ -118,19 +117,22 @@ def measure_scale(
     )
 
 
-def _triangulated(rig: Rig, left: Features, right: Features) -> Triangulation:
-    """Return the points of n balls."""
-    return triangulate([left.rays(rig.left), right.rays(rig.right)])
-
-
-def _lengths(points: Triangulation, pairs: Int) -> tuple[Float, Float]:
-    """Return the distances (d,) between pairs of points and their covariance (d, d)."""
+def _lengths(position_mm: Float, pairs: Int) -> tuple[Float, Float]:
+    """Return the distances (d,) between pairs of points (n, 3), and their derivatives (d, n, 3)."""
     a, b = pairs.T
-    apart = points.position_mm[a] - points.position_mm[b]
+    apart = position_mm[a] - position_mm[b]
     lengths = np.linalg.norm(apart, axis=1)
     unit = apart / lengths[:, None]
     row = np.arange(len(pairs))
-    J = np.zeros((len(pairs), len(points.position_mm), 3))
+    J = np.zeros((len(pairs), len(position_mm), 3))
     J[row, a], J[row, b] = unit, -unit
-    JS = np.einsum("dni,nij->dnj", J, points.covariance_mm2)
-    return lengths, np.einsum("dnj,enj->de", JS, J)
+    return lengths, J
+
+
+def _shift_by_yaw(points: Triangulation, right: Rays) -> Float:
+    """Return how points (n, 3) move if the right camera is rotated about the vertical of its image, mm per degree."""
+    vertical = right.pinhole.M[1] * np.radians(1.0)
+    turned = (points.position_mm - right.pinhole.centre_mm) @ cross_matrix(vertical).T
+    _, J = right.pinhole.project(points.position_mm)
+    N = np.swapaxes(J, -1, -2) @ inverse_2x2(right.covariance_mm2) @ J
+    return np.asarray(-(points.covariance_mm2 @ N @ turned[..., None])[..., 0])

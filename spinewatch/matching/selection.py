@@ -173,7 +173,8 @@ def select_triads(
     if not len(candidates):
         return np.empty(0, dtype=np.intp)
     max_length = parameters.max_count if expected is None else expected
-    return _best_chain(candidates, points, parameters, max_length, axis)[0]
+    chain = _chain_candidates(candidates, parameters)
+    return _best_chain(chain, points, parameters, max_length, axis)[0]
 
 
 def chain_log_odds(
@@ -209,7 +210,8 @@ def chain_log_odds(
     if not len(candidates):
         return 0, 0.0
     max_length = parameters.max_count if expected is None else expected
-    members, log_odds = _best_chain(candidates, points, parameters, max_length, axis)
+    chain = _chain_candidates(candidates, parameters)
+    members, log_odds = _best_chain(chain, points, parameters, max_length, axis)
     return len(members), log_odds
 
 
@@ -242,29 +244,29 @@ def surplus_triads(
         Indices of the chain if it contains the selected candidates and each other member adds at least
         `SelectionParameters.surplus_log_odds`; otherwise ``selected``.
     """
-    if not len(selected):
+    chain = _chain_candidates(candidates, parameters)
+    beside = np.all(~chain.exclusive[selected], axis=0)
+    beside[selected] = False
+    if not len(selected) or not beside.any():
         return selected
-    beside = np.flatnonzero(~_exclusive(candidates, parameters)[selected].any(axis=0))
-    beside = np.setdiff1d(beside, selected)
-    if not len(beside):
-        return selected
-    pool = np.concatenate([selected, beside])
-    longer, log_odds = _best_chain(candidates.take(pool), points, parameters, parameters.max_count, axis)
-    _, without = _best_chain(candidates.take(selected), points, parameters, parameters.max_count, axis)
+    pool = np.concatenate([selected, np.flatnonzero(beside)])
+    longer, log_odds = _best_chain(chain.take(pool), points, parameters, parameters.max_count, axis)
     surplus = len(longer) - len(selected)
     if surplus <= 0 or not np.isin(np.arange(len(selected)), longer).all():
         return selected
+    _, without = _best_chain(chain.take(selected), points, parameters, parameters.max_count, axis)
     return pool[longer] if log_odds - without >= surplus * parameters.surplus_log_odds else selected
 
 
-def _exclusive(candidates: TriadCandidates, parameters: SelectionParameters) -> Bool:
-    """Return whether two candidates share a feature or would touch, shape (c, c)."""
+def _chain_candidates(candidates: TriadCandidates, parameters: SelectionParameters) -> ChainCandidates:
+    """Return the candidates as members of the chain; they exclude each other if they share a feature or would touch."""
     gaps = np.linalg.norm(candidates.origin_mm[:, None] - candidates.origin_mm, axis=-1)
-    return np.asarray(share_features(candidates) | (gaps < parameters.chain.min_gap_mm))
+    exclusive = share_features(candidates) | (gaps < parameters.chain.min_gap_mm)
+    return ChainCandidates(candidates.origin_mm, candidates.log_odds, exclusive)
 
 
 def _best_chain(
-    candidates: TriadCandidates,
+    candidates: ChainCandidates,
     points: Points,
     parameters: SelectionParameters,
     max_length: int,
@@ -272,10 +274,10 @@ def _best_chain(
 ) -> tuple[Int, float]:
     """Return the indices (k,) of the most likely chain, and its log-odds."""
     volume = chance_volume_mm3(points, parameters)
-    chain = ChainCandidates(candidates.origin_mm, candidates.log_odds, _exclusive(candidates, parameters))
     axes = (0, 1) if axis == "auto" else ("xy".index(axis),)
     return max(
-        (best_chain(chain, a, volume, max_length, parameters.chain) for a in axes), key=lambda found: found[1]
+        (best_chain(candidates, a, volume, max_length, parameters.chain) for a in axes),
+        key=lambda found: found[1],
     )
 
 

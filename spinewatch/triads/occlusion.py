@@ -14,16 +14,18 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.stats import chi2
 
 from spinewatch.arrays import Float, Int
 from spinewatch.camera import Rig
 from spinewatch.detection.features import HIDDEN
+from spinewatch.geometry.projection import PinholeStack
 from spinewatch.geometry.rays import Rays
 from spinewatch.geometry.transforms import approximate_poses
 from spinewatch.markers import TriadModel
 from spinewatch.matching.identification import (
     IdentificationParameters,
+    chi2_limit,
+    distance_chi2,
     identify_triads,
     log_gate_volume,
     pairs_at_distances,
@@ -231,12 +233,20 @@ def occluded_candidates(
 def _most_likely(candidates: TriadCandidates, expected: float, max_count: int) -> TriadCandidates:
     """Return the most likely candidate for each set of features, with prior odds added, the most likely first."""
     order = np.argsort(-candidates.log_odds, kind="stable")
-    features = np.concatenate([candidates.left, candidates.right], axis=1)[order]
-    _, first = np.unique(features, axis=0, return_index=True)
+    left, right = (_set_numbers(features[order]) for features in (candidates.left, candidates.right))
+    _, first = np.unique(left * len(order) + right, return_index=True)
     found = candidates.take(order[np.sort(first)])
     prior = np.log(expected / max(len(found), 1))
     best = np.arange(min(max_count, len(found)))
     return replace(found, log_odds=found.log_odds + prior).take(best)
+
+
+def _set_numbers(features: Int) -> Int:
+    """Return a number (c,) for each set of features (c, 4) of an image, the same for the same ones."""
+    number = np.zeros(len(features), dtype=np.intp)
+    for column in features.T:
+        _, number = np.unique(number * (features.max(initial=0) + 2) + column + 1, return_inverse=True)
+    return number
 
 
 def _without_one_ball(
@@ -276,31 +286,21 @@ def _pair_candidates(problem: _Problem, index: int, model: TriadModel) -> TriadC
             _feature_table(used, pairs, (a, b), MAX_BALLS) for used in (points.left_index, points.right_index)
         )
         kinds = np.full(len(pairs), index, dtype=np.intp)
-        log_odds = fit_odds + ball_odds[i] + ball_odds[j]
-        found = TriadCandidates(kinds, origin, rotation, log_odds, left, right)
-        parts.append(found.take(chi_square <= chi2.isf(p.significance, 1)))
+        log_odds = fit_odds + (ball_odds[i] + ball_odds[j])  # exactly the same for both orders of a pair
+        parts.append(TriadCandidates(kinds, origin, rotation, log_odds, left, right))
     return TriadCandidates.concatenate(parts)
 
 
 def _pairs_of_balls(
     problem: _Problem, model: TriadModel
 ) -> Iterator[tuple[tuple[int, int], float, Int, Float]]:
-    """Yield two balls, their distance, pairs (p, 2) of points at this distance and the chi-squares (p,) of it."""
+    """Yield two balls, their distance, pairs (p, 2) of points that fit it and the chi-squares (p,) of their fit."""
     lists = pairs_at_distances(problem.points, model.distances_mm, problem.occlusion.tolerance_mm)
+    limit = chi2_limit(1, problem.occlusion.significance)
     for (a, b), distance, pairs in zip(model.pairs.tolist(), model.distances_mm, lists, strict=True):
-        yield (a, b), distance, pairs, _distance_chi2(problem, pairs, distance)
-
-
-def _distance_chi2(problem: _Problem, pairs: Int, distance_mm: float) -> Float:
-    """Return the chi-squares (p,) of the distances of pairs (p, 2) of points, one degree of freedom."""
-    points = problem.points
-    i, j = pairs.T
-    along = points.position_mm[j] - points.position_mm[i]
-    length = np.linalg.norm(along, axis=1)
-    u = along / length[:, None]
-    S = points.covariance_mm2[i] + points.covariance_mm2[j]
-    variance = np.einsum("ni,nij,nj->n", u, S, u) + problem.identification.model_sd_mm**2
-    return np.asarray((length - distance_mm) ** 2 / variance)
+        chi_square = distance_chi2(problem.points, pairs, distance, problem.identification.model_sd_mm)
+        fitting = chi_square <= limit
+        yield (a, b), distance, pairs[fitting], chi_square[fitting]
 
 
 def _feature_table(used: Int, pairs: Int, balls: tuple[int, int], n_balls: int) -> Int:
@@ -329,18 +329,20 @@ class _Circles:
 
     @cached_property
     def points_mm(self) -> Float:
-        """Evenly spaced points of the circles, shape (c, n, 3), mm."""
-        angle = np.linspace(0, 2 * np.pi, self.n_points, endpoint=False)[:, None]
+        """Evenly spaced points of the circles, shape (c, 3, n), mm."""
+        angle = np.linspace(0, 2 * np.pi, self.n_points, endpoint=False)
         second = np.cross(self.axis, self.first)
-        directions = np.cos(angle) * self.first[:, None] + np.sin(angle) * second[:, None]
-        return np.asarray(self.centre_mm[:, None] + self.radius_mm * directions)
+        weights = np.stack(
+            [np.ones(self.n_points), self.radius_mm * np.cos(angle), self.radius_mm * np.sin(angle)]
+        )
+        return np.asarray(np.stack([self.centre_mm, self.first, second], axis=-1) @ weights)
 
     def along_sight(self, index: Int, point: Int, sight: Float, min_depth: float) -> tuple[Float, Float]:
         """Return the two points (k, 3) of circles (k,) on a line of sight (k, 3) that passes near a point (k,).
 
         Where the line of sight touches the circle, they are moved apart to a fraction of the radius.
         """
-        radial = self.points_mm[index, point] - self.centre_mm[index]
+        radial = self.points_mm[index, :, point] - self.centre_mm[index]
         axis = self.axis[index]
         line = sight - (sight * axis).sum(axis=1, keepdims=True) * axis
         line /= np.maximum(np.linalg.norm(line, axis=1, keepdims=True), _MIN_NORM)
@@ -368,12 +370,10 @@ class _Encounters:
 
 def _initial_triads(problem: _Problem, model: TriadModel) -> Iterator[_InitialTriads]:
     """Yield triads for each hidden ball, each image that still shows it, and each of two positions of it."""
-    limit = chi2.isf(problem.occlusion.significance, 1)
-    for balls, _, pairs, chi_square in _pairs_of_balls(problem, model):
-        fitting = pairs[chi_square <= limit]
-        circles = _third_ball_circles(problem, fitting, model, balls)
+    for balls, _, pairs, _ in _pairs_of_balls(problem, model):
+        circles = _third_ball_circles(problem, pairs, model, balls)
         for side in (0, 1):
-            yield from _initial_triads_in_image(problem, fitting, balls, circles, side)
+            yield from _initial_triads_in_image(problem, pairs, balls, circles, side)
 
 
 def _initial_triads_in_image(
@@ -419,30 +419,53 @@ def _encounters(circles: _Circles, rays: Rays, free: Int, parameters: OcclusionP
     if not len(circles.centre_mm) or not len(free):
         none = np.empty(0, dtype=np.intp)
         return _Encounters(none, none, none, np.empty(0))
-    images, _ = rays.pinhole.project(circles.points_mm)
+    cameras = PinholeStack.of([rays.pinhole])
+    images = cameras.ideal(np.swapaxes(circles.points_mm, 0, 1).reshape(3, -1))[0]
     margin = rays.pinhole.focal_length_mm * parameters.max_circle_distance_mrad / 1000
-    low, high = images.min(axis=1)[:, None] - margin, images.max(axis=1)[:, None] + margin
-    feature = rays.ideal_mm[free]
-    circle, k = np.nonzero(np.all((feature >= low) & (feature <= high), axis=-1))
-    distances = np.linalg.norm(images[circle] - feature[k][:, None], axis=-1)
-    point = distances.argmin(axis=1)
-    distance = distances[np.arange(len(distances)), point]
-    near = np.flatnonzero(distance <= margin)
-    return _Encounters(circle[near], free[k[near]], point[near], distance[near])
+    image, k, distance = _neighbours(images, np.ascontiguousarray(rays.ideal_mm[free].T), margin)
+    circle, point = np.divmod(image, circles.n_points)
+    encounter = circle * len(free) + k
+    order = np.lexsort((distance, encounter))
+    nearest = order[np.diff(encounter[order], prepend=-1) > 0]
+    return _Encounters(circle[nearest], free[k[nearest]], point[nearest], distance[nearest])
+
+
+def _neighbours(points: Float, others: Float, radius: float) -> tuple[Int, Int, Float]:
+    """Return the pairs (p,), (p,) of points (2, n) and others (2, m) within a radius, with their distances (p,).
+
+    The plane is divided into cells as wide as the radius: near others lie in the nine cells about a point.
+    """
+    low = others.min(axis=1, keepdims=True) - 2 * radius
+    high = others.max(axis=1, keepdims=True) + 2 * radius
+    near = np.flatnonzero(np.logical_and.reduce((points > low) & (points < high)))
+    (row, column), (other_row, other_column) = (
+        ((xy - low) / radius).astype(np.intp) for xy in (points[:, near], others)
+    )
+    width = int(column.max(initial=0)) + int(other_column.max()) + 2
+    around = np.array([i * width + j for i in (-1, 0, 1) for j in (-1, 0, 1)])
+    cells = (other_row * width + other_column + around[:, None]).ravel()
+    order = np.argsort(cells, kind="stable")
+    counts = np.bincount(cells, minlength=int(row.max(initial=0) + 1) * width)
+    cell = row * width + column
+    count, first = counts[cell], (np.cumsum(counts) - counts)[cell]
+    point = np.repeat(near, count)
+    within = np.arange(len(point)) - np.repeat(np.cumsum(count) - count, count)
+    other = order[np.repeat(first, count) + within] % others.shape[1]
+    apart = points[:, point] - others[:, other]
+    distance = np.sqrt((apart * apart).sum(axis=0))
+    kept = np.flatnonzero(distance <= radius)
+    return point[kept], other[kept], distance[kept]
 
 
 def _fit(problem: _Problem, index: int, model: TriadModel, triads: _InitialTriads) -> TriadCandidates:
     """Return the triads that fit their five ball images and face the cameras, with their log-odds."""
     p = problem.occlusion
-    origin, rotation = approximate_poses(model.coordinates_mm, triads.balls_mm)
-    facing = np.flatnonzero(tilt_log_odds(origin, rotation, problem.rig, problem.selection)[0])
-    order = np.argsort(triads.circle_distance_mm[facing], kind="stable")
-    kept = facing[order][: p.max_candidates]
+    kept, origin, rotation = _nearest_facing(problem, model, triads)
     left, right = triads.left[kept], triads.right[kept]
     images = [triad_images(r, i) for r, i in zip(problem.features.rays, (left, right), strict=True)]
-    fit = adjust_poses(model.coordinates_mm, images, origin[kept], rotation[kept], p.adjustment)
+    fit = adjust_poses(model.coordinates_mm, images, origin, rotation, p.adjustment)
     still_facing, tilt_odds = tilt_log_odds(fit.position_mm, fit.rotation, problem.rig, problem.selection)
-    fits = fit.determined & (fit.chi2 <= chi2.isf(p.significance, _DOF))
+    fits = fit.determined & (fit.chi2 <= chi2_limit(_DOF, p.significance))
     fit_odds = -0.5 * fit.chi2 - 0.5 * _DOF * np.log(2 * np.pi) + log_gate_volume(_DOF, p.significance)
     candidates = TriadCandidates(
         np.full(len(kept), index, dtype=np.intp),
@@ -453,3 +476,19 @@ def _fit(problem: _Problem, index: int, model: TriadModel, triads: _InitialTriad
         pad_features(right),
     )
     return candidates.take(still_facing & fits)
+
+
+def _nearest_facing(problem: _Problem, model: TriadModel, triads: _InitialTriads) -> tuple[Int, Float, Float]:
+    """Return the indices (k,) of triads that face the cameras, the nearest to their circles, and their poses."""
+    count = problem.occlusion.max_candidates
+    order = np.argsort(triads.circle_distance_mm, kind="stable")
+    parts = [(order[:0], np.empty((0, 3)), np.empty((0, 3, 3)))]
+    for start in range(0, len(order), 2 * count):
+        part = order[start : start + 2 * count]
+        origin, rotation = approximate_poses(model.coordinates_mm, triads.balls_mm[part])
+        facing, _ = tilt_log_odds(origin, rotation, problem.rig, problem.selection)
+        parts.append((part[facing], origin[facing], rotation[facing]))
+        if sum(len(found) for found, _, _ in parts) >= count:
+            break
+    index, origin, rotation = (np.concatenate(values)[:count] for values in zip(*parts, strict=True))
+    return index, origin, rotation

@@ -9,9 +9,10 @@ import numpy as np
 
 from spinewatch.arrays import Bool, Float, Int
 from spinewatch.detection.features import HIDDEN
-from spinewatch.geometry.projection import Pinhole
+from spinewatch.geometry.projection import Pinhole, PinholeStack
 from spinewatch.geometry.rays import Rays
-from spinewatch.geometry.rotations import cross_matrix, rotation_from_vector
+from spinewatch.geometry.rotations import rotation_from_vector
+from spinewatch.geometry.small_matrices import inverse_2x2
 from spinewatch.triads.pose import Pose
 
 _TOLERANCE = 1e-9
@@ -151,7 +152,7 @@ def triad_images(rays: Rays, index: Int, common_sd_mrad: float = 0.0) -> TriadIm
     """
     visible = index != HIDDEN
     safe = np.where(visible, index, 0)
-    weight = np.linalg.inv(rays.covariance_mm2)[safe] * visible[..., None, None]
+    weight = inverse_2x2(rays.covariance_mm2)[safe] * visible[..., None, None]
     common = rays.pinhole.focal_length_mm * common_sd_mrad / 1000
     return TriadImages(rays.pinhole, rays.ideal_mm[safe], weight, common)
 
@@ -209,20 +210,24 @@ def adjust_poses(
     """
     p = parameters or PoseAdjustmentParameters()
     P, R = position_mm, rotation
+    cameras, weight = PinholeStack.of([image.pinhole for image in images]), _weights(images)
+    observed = np.array([image.ideal_mm for image in images])
     held = np.zeros((len(P), 6, 6))
     if held_axis is not None:
         held[:, 3:, 3:] = _HELD_WEIGHT * held_axis[:, :, None] * held_axis[:, None, :]
     for _ in range(p.max_steps):
-        N, b, _ = _normal_equations(model_mm, images, P, R)
+        N, b, chi2 = _normal_equations(model_mm, cameras, observed, weight, P, R)
         N += held
         step = np.asarray(np.linalg.solve(_damped(N), b[..., None])[..., 0], dtype=np.float64)
-        angle = np.linalg.norm(step[:, 3:], axis=1, keepdims=True)
+        angle = np.sqrt((step[:, 3:] ** 2).sum(axis=1, keepdims=True))
         step = step / np.maximum(angle / (p.max_rotation_step_mrad / 1000), 1.0)
         P, R = P + step[:, :3], rotation_from_vector(step[:, 3:]) @ R
         if not np.any(np.abs(step) > _TOLERANCE):
             break
-    N, _, chi2 = _normal_equations(model_mm, images, P, R)
-    covariance, determined = _covariance(N + held, float(np.linalg.norm(model_mm, axis=-1).max()))
+    else:
+        N, _, chi2 = _normal_equations(model_mm, cameras, observed, weight, P, R)
+        N += held
+    covariance, determined = _covariance(N, float(np.linalg.norm(model_mm, axis=-1).max()))
     dof = 2 * sum((image.visible.sum(axis=1) for image in images), np.zeros(len(P), dtype=np.intp)) - 6
     return PoseAdjustment(P, R, covariance, chi2, np.asarray(dof, dtype=np.intp), determined)
 
@@ -246,27 +251,30 @@ def _damped(N: Float) -> Float:
     return np.asarray(N + damping * np.eye(6))
 
 
+def _weights(images: Sequence[TriadImages]) -> Float:
+    """Return the inverse covariances (k, t, 2 n, 2 n) of the ball images of triads in k cameras."""
+    own = np.array([image.weight for image in images])
+    variance = np.array([image.common_sd_mm for image in images])[:, None, None, None] ** 2
+    shared = variance * inverse_2x2(np.eye(2) + variance * own.sum(axis=2))
+    k, t, n = own.shape[:3]
+    columns = np.swapaxes(own, 2, 3).reshape(k, t, 2, 2 * n)
+    weight = -np.swapaxes(columns, 2, 3) @ shared @ columns
+    ball = np.arange(n)
+    weight.reshape(k, t, n, 2, n, 2)[:, :, ball, :, ball] += own.transpose(2, 0, 1, 3, 4)
+    return np.asarray(weight)
+
+
 def _normal_equations(
-    model_mm: Float, images: Sequence[TriadImages], P: Float, R: Float
+    model_mm: Float, cameras: PinholeStack, observed_mm: Float, weight: Float, P: Float, R: Float
 ) -> tuple[Float, Float, Float]:
     """Return N (t, 6, 6), b (t, 6) and chi2 (t,) of the linearized residuals; rotations are about object axes."""
-    t, n = len(P), model_mm.shape[-2]
+    k, t, n = observed_mm.shape[:3]
     arms = model_mm @ np.swapaxes(R, -1, -2)
-    to_balls = np.concatenate([np.broadcast_to(np.eye(3), (t, n, 3, 3)), -cross_matrix(arms)], axis=-1)
-    N, b, chi2 = np.zeros((t, 6, 6)), np.zeros((t, 6)), np.zeros(t)
-    for image in images:
-        predicted, to_plate = image.pinhole.project(P[:, None, :] + arms)
-        residual = (image.ideal_mm - predicted)[..., None]
-        J = to_plate @ to_balls
-        W_J, W_residual = image.weight @ J, image.weight @ residual
-        N += (np.swapaxes(J, -1, -2) @ W_J).sum(axis=1)
-        b += (np.swapaxes(J, -1, -2) @ W_residual).sum(axis=1)[..., 0]
-        chi2 += (residual * W_residual).sum(axis=(1, 2, 3))
-        if image.common_sd_mm > 0:
-            shared = np.linalg.inv(image.weight.sum(axis=1) + np.eye(2) / image.common_sd_mm**2)
-            J_shared, residual_shared = W_J.sum(axis=1), W_residual.sum(axis=1)
-            gain = np.swapaxes(J_shared, -1, -2) @ shared
-            N -= gain @ J_shared
-            b -= (gain @ residual_shared)[..., 0]
-            chi2 -= (residual_shared * (shared @ residual_shared)).sum(axis=(1, 2))
-    return N, b, chi2
+    a = np.ascontiguousarray(arms.reshape(-1, 3).T)
+    predicted, J = cameras.project((P[:, None, :] + arms).reshape(-1, 3).T)
+    turned = a[[1, 2, 0]] * J[:, :, [2, 0, 1]] - a[[2, 0, 1]] * J[:, :, [1, 2, 0]]
+    residual = observed_mm.reshape(k, t * n, 2).swapaxes(1, 2) - predicted
+    linear = np.concatenate([J, turned, residual[:, :, None]], axis=2).reshape(k, 2, 7, t, n)
+    linear = linear.transpose(0, 3, 4, 1, 2).reshape(k, t, 2 * n, 7)
+    N = (np.swapaxes(linear, -1, -2) @ (weight @ linear)).sum(axis=0)
+    return N[:, :6, :6], N[:, :6, 6], N[:, 6, 6]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -96,10 +96,10 @@ def implausible_spacing(
     ]
     if outside:
         return "; ".join(outside)
-    others = list(_other_numbers(numbers, len(sequence), p.max_shift))
-    if not others:
+    others = _other_numbers(numbers, len(sequence), p.max_shift)
+    if not len(others):
         return None
-    likelihood = _likelihood(gaps, np.array(others), p)
+    likelihood = _likelihood(gaps, others, p)
     best = int(np.argmax(likelihood))
     ratio = float(np.exp(min(likelihood[best] - _likelihood(gaps, numbers, p), 50.0)))
     if ratio < p.min_likelihood_ratio:
@@ -119,17 +119,16 @@ def _limits_mm(numbers: Int, sequence: Sequence[str], p: SpacingParameters) -> F
     return np.asarray(np.abs(np.diff(above, axis=0)))
 
 
-def _other_numbers(numbers: Int, count: int, max_shift: int) -> Iterator[Int]:
-    """Yield the places with one vertebra, or all from one on, shifted by up to some levels in the same order."""
-    order = np.sign(np.diff(numbers))
-    for first in range(len(numbers)):
-        for last in sorted({first + 1, len(numbers)}):
-            for shift in range(-max_shift, max_shift + 1):
-                other = numbers.copy()
-                other[first:last] += shift
-                same_order = np.array_equal(np.sign(np.diff(other)), order)
-                if shift and same_order and other.min() >= 0 and other.max() < count:
-                    yield other
+def _other_numbers(numbers: Int, count: int, max_shift: int) -> Int:
+    """Return places (m, n) with one vertebra, or all from one on, shifted by up to some levels in the same order."""
+    n = len(numbers)
+    shifted = np.stack([np.eye(n, dtype=np.intp), np.triu(np.ones((n, n), dtype=np.intp))], axis=1)
+    shifts = np.delete(np.arange(-max_shift, max_shift + 1), max_shift)
+    subsets = shifted.reshape(-1, n)[:-1]  # for the last vertebra, both are the same
+    others = (numbers + subsets[:, None] * shifts[:, None]).reshape(-1, n)
+    same_order = np.all(np.sign(np.diff(others)) == np.sign(np.diff(numbers)), axis=1)
+    possible = same_order & np.all((others >= 0) & (others < count), axis=1)
+    return np.asarray(others[possible])
 
 
 def _likelihood(gaps_mm: Float, numbers: Int, p: SpacingParameters) -> Float:

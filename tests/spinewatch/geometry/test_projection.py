@@ -1,5 +1,6 @@
 import numpy as np
 
+from spinewatch.geometry.projection import PinholeStack
 from spinewatch.simulation.rigs import table_3_3_rig
 
 
@@ -22,3 +23,15 @@ def test_points_behind_the_camera_are_not_in_front() -> None:
     pinhole, X = table_3_3_rig().left.pinhole, np.array([430.0, 400.0, 90.0])
     assert pinhole.in_front(X)
     assert not pinhole.in_front(2 * pinhole.centre_mm - X)
+
+
+def test_a_stack_projects_as_its_cameras() -> None:
+    rig, X = table_3_3_rig(), np.array([[430.0, 400.0, 90.0], [350.0, 300.0, 0.0]])
+    cameras = rig.left.pinhole, rig.right.pinhole
+    stack = PinholeStack.of(cameras)
+    ideal, J = stack.project(X.T)
+    for k, camera in enumerate(cameras):
+        expected, J_expected = camera.project(X)
+        assert np.allclose(ideal[k].T, expected, atol=1e-12)
+        assert np.allclose(J[k].transpose(2, 0, 1), J_expected, atol=1e-12)
+    assert (stack.ideal(X.T) == ideal).all()

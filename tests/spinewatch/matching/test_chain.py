@@ -14,7 +14,7 @@ VOLUME = 200.0**3
 
 def brute_force(candidates: ChainCandidates, limit: int, p: ChainParameters) -> float:
     """The best value of any chain, each of them tried."""
-    steps = step_log_odds(candidates, 0, VOLUME, np.geomspace(*p.spacing_mm, p.n_spacings), p)
+    steps = step_log_odds(candidates, 0, VOLUME, p)
     order = np.argsort(candidates.origin_mm[:, 0])
     best = 0.0
     for k in range(1, limit + 1):
@@ -90,8 +90,7 @@ def test_a_step_does_not_depend_on_where_the_chain_is(seed: int) -> None:
     moved = ChainCandidates(
         candidates.origin_mm + np.array([300.0, -20, 7]), candidates.log_odds, candidates.exclusive
     )
-    spacings = np.array([40.0, 60.0])
-    here, there = (step_log_odds(c, 0, VOLUME, spacings, p) for c in (candidates, moved))
+    here, there = (step_log_odds(c, 0, VOLUME, p) for c in (candidates, moved))
     assert np.allclose(here, there, atol=1e-9)
 
 

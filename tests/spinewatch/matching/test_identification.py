@@ -9,6 +9,7 @@ from spinewatch.arrays import Float
 from spinewatch.markers import FLAT_10_14_18, TriadModel
 from spinewatch.matching.identification import (
     IdentificationParameters,
+    distance_chi2,
     distance_errors,
     identify_triads,
     log_gate_volume,
@@ -127,3 +128,12 @@ def test_a_mirror_image_of_four_balls_is_discarded() -> None:
     balls = body.coordinates_mm + 100
     assert len(identify_triads(points_at(balls), body, IdentificationParameters())) == 1
     assert len(identify_triads(points_at(balls * [1, 1, -1]), body, IdentificationParameters())) == 0
+
+
+def test_no_distance_of_a_tuple_has_a_larger_chi2_than_the_tuple() -> None:
+    points, p = points_at(scattered(3, triads=2, others=6)), IdentificationParameters()
+    found = identify_triads(points, MODEL, p)
+    assert len(found)
+    for (a, b), distance in zip(MODEL.pairs, MODEL.distances_mm, strict=True):
+        alone = distance_chi2(points, found.point[:, [a, b]], distance, p.model_sd_mm)
+        assert (alone <= found.distance_chi2 + 1e-9).all()

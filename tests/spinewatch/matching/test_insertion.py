@@ -1,9 +1,10 @@
 import numpy as np
+import pytest
 
 from spinewatch.detection.features import Features
-from spinewatch.matching.insertion import insertion_gains
+from spinewatch.matching.insertion import insertion_gains, member_gains
 from spinewatch.matching.points import MatchingParameters, match_features
-from spinewatch.matching.selection import SelectionParameters, TriadCandidates, chain_log_odds
+from spinewatch.matching.selection import SelectionParameters, SpineAxis, TriadCandidates, chain_log_odds
 from spinewatch.simulation.rigs import large_rig
 
 P = SelectionParameters()
@@ -52,3 +53,17 @@ def test_across_the_chain_there_is_no_place() -> None:
 def test_without_a_chain_it_is_its_own() -> None:
     found = insertion_gains(TriadCandidates.empty(), candidates([0], [9.0]), POINTS, P)
     assert found.tolist() == [9.0 - P.chain.min_log_odds]
+
+
+@pytest.mark.parametrize("axis", ["x", "auto"])
+@pytest.mark.parametrize("x_mm", [[0], [0, 50], [100, 0, 50, 230], [0, 40, 900, 100], [0, 5, 50, 100]])
+def test_the_gain_of_a_member_is_that_of_its_insertion_into_the_others(
+    x_mm: list[float], axis: SpineAxis
+) -> None:
+    members = candidates(x_mm, [9.0 + k for k in range(len(x_mm))])
+    members.origin_mm[:, 1] += 3 * np.arange(len(x_mm))
+    every = np.arange(len(x_mm))
+    expected = [
+        insertion_gains(members.take(every != k), members.take([k]), POINTS, P, axis)[0] for k in every
+    ]
+    assert np.allclose(member_gains(members, POINTS, P, axis), expected, atol=1e-9)

@@ -5,7 +5,6 @@ import pytest
 
 from spinewatch.arrays import Float
 from spinewatch.camera import Rig
-from spinewatch.detection.features import Features
 from spinewatch.markers import FLAT_10_14_18
 from spinewatch.matching.marker_scale import MarkerScale, MarkerScaleParameters
 from spinewatch.matching.scale_measurement import MarkerBalls, measure_scale
@@ -32,10 +31,13 @@ def scale_of(
     noisy = (
         c.project(centres) + sigma * rng.standard_normal((len(centres), 2)) for c in (rig.left, rig.right)
     )
-    left, right = (Features.with_sigma(xy, np.ones(len(xy)), max(sigma, 1e-3)) for xy in noisy)
+    left, right = (
+        camera.rays(xy, max(sigma, 1e-3) ** 2 * np.eye(2))
+        for camera, xy in zip((RIG.left, RIG.right), noisy, strict=True)
+    )
     known = balls_of(triads)
     known = MarkerBalls(known.marker, known.pairs, made(known.distances_mm))
-    return measure_scale(RIG, left, right, known, PARAMETERS, (20.0, 20))
+    return measure_scale(RIG, (left, right), known, PARAMETERS, (20.0, 20))
 
 
 def moved(yaw_deg: float = 0.0, base: float = 0.0) -> Rig:
