@@ -211,6 +211,15 @@ _KINDS = (
         " (`python -m bench.doubt`)",
     ),
     FlagKind(
+        "appearance-unusual",
+        "stage",
+        "The residuals of the triads are larger than in the images that the detector was trained with: other light,"
+        " blur or material of the balls. All deviations were enlarged by as much; what all balls of an image share does"
+        " not show in residuals.",
+        "Check the lamp, the focus and the surface of the balls. Compare stages only if they look the same.",
+        "none of 11 rendered stages like those of the training (`python -m bench.scenes`)",
+    ),
+    FlagKind(
         "labels-uncertain",
         "stage",
         "Triads are missing and the gaps between the others do not determine which, or there are more triads than"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
+from math import sqrt
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
@@ -29,11 +30,15 @@ from spinewatch.matching.rig_check import RigCheck, RigCheckParameters
 from spinewatch.matching.selection import SpineAxis
 from spinewatch.progress import Progress, silent
 from spinewatch.triads.diagnosis import DiagnosisParameters, diagnose
+from spinewatch.triads.doubt import without_doubtful_poses
 from spinewatch.triads.drift import search_and_check_rig
 from spinewatch.triads.explanation import Explanation, explain
+from spinewatch.triads.flags import triad_flags
 from spinewatch.triads.labels import KnownConfiguration, LabelledTriad, LabelParameters, label_triads
+from spinewatch.triads.pose_fit import fit_poses
 from spinewatch.triads.search import SearchParameters, TriadSearch, match_triads
 from spinewatch.triads.second_look import SecondLookParameters, missing_ball_places
+from spinewatch.triads.variance_factor import VarianceFactorParameters, variance_factor, variance_flags
 
 _SAME_IMAGE = "left and right are the same image; send the pair that the two cameras took"
 
@@ -54,6 +59,8 @@ class Parameters:
         From features to poses.
     second_look
         Places that are examined again when balls are missing.
+    variance_factor
+        Deviations of features by the residuals of the triads.
     labels
         Labels when triads are missing.
     rig_check
@@ -67,6 +74,7 @@ class Parameters:
     centres: CentreParameters = field(default_factory=CentreParameters)
     search: SearchParameters = field(default_factory=SearchParameters)
     second_look: SecondLookParameters = field(default_factory=SecondLookParameters)
+    variance_factor: VarianceFactorParameters = field(default_factory=VarianceFactorParameters)
     labels: LabelParameters = field(default_factory=LabelParameters)
     rig_check: RigCheckParameters = field(default_factory=RigCheckParameters)
     diagnosis: DiagnosisParameters = field(default_factory=DiagnosisParameters)
@@ -391,7 +399,9 @@ class StageMeasurer:
                 break
             detections = self._detector.look_again(frames, detections, places, self._pool)
             search = self._match(detections, frames, request, self.rig)
-        return self._measurement(detections, frames, search, request, progress, explained=explained)
+        return self._measurement(
+            detections, frames, search, request, progress, explained=explained, edited=False
+        )
 
     def match(
         self,
@@ -429,7 +439,9 @@ class StageMeasurer:
         """
         progress("match", 0.7)
         search = self._match(detections, frames, request, self.rig)
-        return self._measurement(detections, frames, search, request, progress, explained=explained)
+        return self._measurement(
+            detections, frames, search, request, progress, explained=explained, edited=True
+        )
 
     def _measurement(
         self,
@@ -440,8 +452,9 @@ class StageMeasurer:
         progress: Progress,
         *,
         explained: bool,
+        edited: bool,
     ) -> StageMeasurement:
-        """Return the result of a pair, from the search for triads in its features."""
+        """Return the result of a pair, from the search for triads in its features, detected or edited."""
         search, rig_check, rig_flags = search_and_check_rig(
             lambda rig: search if rig is self.rig else self._match(detections, frames, request, rig),
             detections[0].features,
@@ -450,6 +463,9 @@ class StageMeasurer:
             self.parameters.rig_check,
             request.models,
         )
+        # A camera that has moved explains large residuals; the deviations of edited features are enlarged already.
+        if not edited and (rig_check is None or not rig_check.drifted):
+            detections, search = self._with_variance_factor(detections, search, request)
         diagnosis_flags = self._diagnose(detections, frames, search, request)
         progress("label", 0.9)
         labelled, label_flags = label_triads(
@@ -471,6 +487,31 @@ class StageMeasurer:
             self._detector.template_version,
             explanation,
         )
+
+    def _with_variance_factor(
+        self,
+        detections: tuple[Detection, Detection],
+        search: TriadSearch,
+        request: StageRequest,
+    ) -> tuple[tuple[Detection, Detection], TriadSearch]:
+        """Return detections and triads whose deviations are confirmed by the residuals of the triads."""
+        p = self.parameters.variance_factor
+        factor = variance_factor(search.triads, p)
+        if not p.enabled or factor == 1:
+            return detections, search
+        left, right = (replace(found, features=found.features.enlarged(sqrt(factor))) for found in detections)
+        triads = fit_poses(
+            left.features,
+            right.features,
+            self.rig,
+            search.selected,
+            request.models,
+            self.parameters.search.pose,
+        )
+        chances = np.array([triad.chance_false or 0.0 for triad in search.triads])
+        triads = without_doubtful_poses(triads, chances, self.parameters.search.doubt.max_chance)
+        flags = (*triad_flags(triads, request.expected), *variance_flags(factor, p))
+        return (left, right), replace(search, triads=triads, flags=flags)
 
     def _missing_balls(
         self, detections: tuple[Detection, Detection], search: TriadSearch, request: StageRequest

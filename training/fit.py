@@ -12,6 +12,7 @@ here with a heavier tail, for examples in which the ball cannot be located.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -93,7 +94,69 @@ class _Model:
         return self.last(torch.relu(self.second(hidden)))
 
 
-def fit(architecture: Architecture, examples: Examples, epochs: int, seed: int) -> tuple[BallNetwork, str]:
+@dataclass(frozen=True)
+class CentreErrors:
+    """Errors of the centres of balls in full view, and how they compare with their stated covariances.
+
+    Attributes
+    ----------
+    balls
+        Number of balls.
+    found
+        Fraction that the network recognizes.
+    median_radii
+        Median absolute error per axis, radii.
+    rms_radii
+        RMS error per axis, radii.
+    chi2_per_dof
+        Mean chi-square per degree of freedom.
+    within_95
+        Fraction inside the 95% regions.
+    """
+
+    balls: int
+    found: float
+    median_radii: float
+    rms_radii: float
+    chi2_per_dof: float
+    within_95: float
+
+    def __str__(self) -> str:
+        return (
+            f"{self.balls:5} balls, found {self.found:6.1%}, median error {self.median_radii:.4f} radii, "
+            f"RMS {self.rms_radii:.4f}, chi2 / dof {self.chi2_per_dof:.2f}, "
+            f"in the 95% region {self.within_95:.1%}"
+        )
+
+
+@dataclass(frozen=True)
+class FitErrors:
+    """Errors of a network on the held-out examples.
+
+    Attributes
+    ----------
+    classified
+        Fraction of all held-out examples that are classified correctly, the lamp not measured.
+    families
+        Errors of all of them ("all") and of each family of looks that has any.
+    """
+
+    classified: float
+    families: dict[str, CentreErrors]
+
+    def __str__(self) -> str:
+        lines = [f"held out, lamp not measured: classified correctly {self.classified:.1%}"]
+        return "\n".join([*lines, *(f"  {name:13} {errors}" for name, errors in self.families.items())])
+
+
+def fit(
+    architecture: Architecture,
+    examples: Examples,
+    epochs: int,
+    seed: int,
+    left_out: Sequence[str] = (),
+    on_epoch: Callable[[], None] = lambda: None,
+) -> tuple[BallNetwork, FitErrors]:
     """Return a network fitted to all examples except the last `HELD_OUT`, and its errors on these.
 
     One thread is used; several networks are fitted by several processes.
@@ -108,12 +171,16 @@ def fit(architecture: Architecture, examples: Examples, epochs: int, seed: int) 
         Number of passes over the examples.
     seed
         Seed of the initial weights, the order and the augmentation of the examples.
+    left_out
+        Families of looks whose examples are not trained on.
+    on_epoch
+        Called after each epoch.
 
     Returns
     -------
     network : BallNetwork
         The fitted network.
-    errors : str
+    errors : FitErrors
         Its errors on the held-out examples, by family of looks.
     """
     torch.set_num_threads(1)
@@ -123,12 +190,16 @@ def fit(architecture: Architecture, examples: Examples, epochs: int, seed: int) 
     expected = torch.from_numpy(np.column_stack([examples.up, np.zeros(len(patches), np.float32)]))
     columns = [examples.ball, examples.offset, examples.visible, examples.log_size, examples.lamp]
     truth = torch.from_numpy(np.column_stack(columns).astype(np.float32))
-    trained = len(patches) - HELD_OUT
-    batches = trained // BATCH
+    held_out = len(patches) - HELD_OUT
+    used = torch.arange(held_out)
+    if left_out:
+        families = examples.families[:held_out, [FAMILIES.index(name) for name in left_out]]
+        used = used[torch.from_numpy(~families.any(axis=1))]
+    batches = len(used) // BATCH
     optimizer = torch.optim.AdamW(model.parameters, lr=RATE, weight_decay=WEIGHT_DECAY)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, RATE, total_steps=epochs * batches)
     for _ in range(epochs):
-        order = torch.randperm(trained)
+        order = used[torch.randperm(len(used))]
         for batch in order[: batches * BATCH].split(BATCH):
             lamp = _lamp_input(expected[batch], truth[batch, LAMP_U:])
             some_patches, some_lamps, some_truth = _augmented(patches[batch], lamp, truth[batch])
@@ -136,9 +207,10 @@ def fit(architecture: Architecture, examples: Examples, epochs: int, seed: int) 
             _loss(model(some_patches, some_lamps), some_truth).backward()
             optimizer.step()
             schedule.step()
+        on_epoch()
     with torch.no_grad():
-        outputs = model(patches[trained:], expected[trained:])
-        errors = _report(outputs, truth[trained:], examples.families[trained:])
+        outputs = model(patches[held_out:], expected[held_out:])
+        errors = _errors(outputs, truth[held_out:], examples.families[held_out:])
     return _exported(architecture, model), errors
 
 
@@ -232,30 +304,31 @@ def _lamp_chi2(estimated: dict[str, Tensor], true: Tensor) -> Tensor:
     return squared * torch.exp(2 * estimated["log_lamp"] + 2 * SCALES.log_lamp)
 
 
-def _report(outputs: Tensor, truth: Tensor, families: Bool) -> str:
-    """Return the errors of outputs (n, k) of all examples and of each family, one line each."""
+def _errors(outputs: Tensor, truth: Tensor, families: Bool) -> FitErrors:
+    """Return the errors of outputs (n, k) of all examples and of each family."""
     clear = (truth[:, BALL] > 0.5) & (truth[:, VISIBLE] > 0.9)
     correct = ((outputs[:, OUTPUTS.index("log_odds")] > 0) == (truth[:, BALL] > 0.5)).float().mean()
-    lines = [f"held out, lamp not measured: classified correctly {correct:.1%}"]
     masks = {"all": np.ones(len(truth), dtype=bool)} | dict(zip(FAMILIES, families.T, strict=True))
-    for name, mask in masks.items():
-        chosen = clear & torch.from_numpy(mask)
-        if chosen.any():
-            lines.append(f"  {name:13} {_errors(outputs[chosen], truth[chosen])}")
-    return "\n".join(lines)
+    chosen = {name: clear & torch.from_numpy(mask) for name, mask in masks.items()}
+    return FitErrors(
+        float(correct),
+        {name: _centre_errors(outputs[mask], truth[mask]) for name, mask in chosen.items() if mask.any()},
+    )
 
 
-def _errors(outputs: Tensor, truth: Tensor) -> str:
-    """Return the errors of the centres of n balls in radii, and how they compare with their stated covariances."""
+def _centre_errors(outputs: Tensor, truth: Tensor) -> CentreErrors:
+    """Return the errors of the centres of n balls."""
     estimated = _by_name(outputs)
     offset = torch.stack([estimated["u"], estimated["v"]], dim=1)
     error = (truth[:, U:VISIBLE] - SCALES.offset * offset).abs()
     chi2 = _centre_chi2(estimated, truth) * (SCALES.dof - 2) / SCALES.dof
-    found = (estimated["log_odds"] > 0).float().mean()
-    return (
-        f"{len(truth):5} balls, found {found:6.1%}, median error {error.median():.4f} radii, "
-        f"RMS {error.square().mean().sqrt():.4f}, chi2 / dof {chi2.mean() / 2:.2f}, "
-        f"in the 95% region {(chi2 < REGION_95).float().mean():.1%}"
+    return CentreErrors(
+        len(truth),
+        float((estimated["log_odds"] > 0).float().mean()),
+        float(error.median()),
+        float(error.square().mean().sqrt()),
+        float(chi2.mean() / 2),
+        float((chi2 < REGION_95).float().mean()),
     )
 
 

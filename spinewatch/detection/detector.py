@@ -160,7 +160,7 @@ class BallDetector:
         for number, view in enumerate(seen):
             before = found[number]
             factor, extra_sd_px, _ = self._deviations(number, frames[number], before)
-            new = _enlarged(view.features, factor, extra_sd_px)
+            new = view.features.enlarged(factor, extra_sd_px)
             features = _with_second_look(before.features, new, np.array(self.views[number].ball_px) / 2, p)
             discarded = before.discarded.beside(before.features, features)
             detections.append(replace(before, features=features, discarded=discarded))
@@ -173,7 +173,7 @@ class BallDetector:
         if self._is_negative(number, frame, found):
             detail = "balls are found in the negative of the image only; export the image with black as zero"
             flags = (*flags, Flag("image-negative", detail))
-        features = _enlarged(found.features, factor, extra_sd_px)
+        features = found.features.enlarged(factor, extra_sd_px)
         return replace(found, features=features, flags=(*found.flags, *flags))
 
     def _deviations(
@@ -209,14 +209,6 @@ class BallDetector:
         view, _ = refine((proposals, proposals), self.centres)
         count = int((view.features.score > p.min_ball_score).sum())
         return count >= max(p.min_balls, p.min_negative_ratio * balls)
-
-
-def _enlarged(features: Features, factor: Float, extra_sd_px: tuple[float, float]) -> Features:
-    """Return features with deviations enlarged by factors (2,) and by further deviations, px."""
-    if not (np.any(factor != 1) or any(extra_sd_px)):
-        return features
-    covariance = features.covariance_px2 * np.outer(factor, factor) + np.diag(np.square(extra_sd_px))
-    return replace(features, covariance_px2=covariance)
 
 
 def _with_second_look(first: Features, second: Features, radius_px: Float, p: CentreParameters) -> Features:

@@ -95,6 +95,27 @@ class Features:
         )
         return joined.take(np.argsort(-joined.score, kind="stable"))
 
+    def enlarged(self, factor: float | Float, extra_sd_px: tuple[float, float] = (0.0, 0.0)) -> Features:
+        """Return the features with larger deviations.
+
+        Parameters
+        ----------
+        factor
+            Factor of all standard deviations, or of those along u and v, shape (2,).
+        extra_sd_px
+            Standard deviations along u and v, px, added in square.
+
+        Returns
+        -------
+        Features
+            The same centres.
+        """
+        factors = np.broadcast_to(factor, 2)
+        if np.all(factors == 1) and not any(extra_sd_px):
+            return self
+        covariance = self.covariance_px2 * np.outer(factors, factors) + np.diag(np.square(extra_sd_px))
+        return replace(self, covariance_px2=covariance)
+
     def rays(self, camera: Camera, extra_sd_mrad: float = 0.0) -> Rays:
         """Return the rays of the features with their uncertainty.
 

@@ -18,7 +18,7 @@ from spinewatch.arrays import Float
 from spinewatch.camera import Rig
 from spinewatch.detection.features import HIDDEN, Features
 from spinewatch.markers import TriadModel
-from spinewatch.matching.insertion import insertion_gains
+from spinewatch.matching.insertion import member_gains
 from spinewatch.matching.points import Points
 from spinewatch.matching.selection import SelectionParameters, SpineAxis, TriadCandidates
 from spinewatch.triads.pose import DOUBTFUL, MeasuredTriad
@@ -48,10 +48,10 @@ class DoubtParameters:
     """
 
     max_chance: float = 0.1
-    intercept: float = -0.561
-    gain: float = -0.482
-    misfit: float = 1.303
-    spread: float = 2.238
+    intercept: float = -0.309
+    gain: float = -0.473
+    misfit: float = 0.899
+    spread: float = 2.303
     max_gain: float = 20.0
 
 
@@ -91,7 +91,7 @@ class TriadEvidence:
         --------
         >>> evidence = TriadEvidence(np.array([14.0, 4.0]), np.array([0.5, 1.2]), np.array([0.3, 1.2]))
         >>> evidence.chances(DoubtParameters()).round(3)
-        array([0.003, 0.853])
+        array([0.003, 0.838])
         """
         p = parameters
         log_odds = (
@@ -154,18 +154,8 @@ def triad_evidence(
     median = float(np.median(np.concatenate(spreads)))
     chi2, dof = np.array([(triad.chi2, max(triad.dof, 1)) for triad in triads]).T
     factor = (_STATED_DOF + chi2.sum() - chi2) / (_STATED_DOF + dof.sum() - dof)
-    gains = [
-        insertion_gains(
-            selected.take(np.delete(np.arange(len(triads)), k)),
-            selected.take([k]),
-            points,
-            parameters,
-            axis,
-        )[0]
-        for k in range(len(triads))
-    ]
     return TriadEvidence(
-        np.array(gains),
+        member_gains(selected, points, parameters, axis),
         np.log1p(chi2 / dof / np.maximum(factor, 1)),
         np.log([spread.max() / median for spread in spreads]),
     )

@@ -12,6 +12,7 @@ from spinewatch.levels import LevelError
 from spinewatch.pipeline import Parameters, StageMeasurement, StageMeasurer, StageRequest, relabelled
 from spinewatch.rig_files.rig_json import parse_rig
 from spinewatch.triads.labels import KnownConfiguration
+from spinewatch.triads.variance_factor import VarianceFactorParameters
 from tests.paths import SAMPLES
 from tests.stage_images import T7_IN_INTER, sample, without
 
@@ -64,6 +65,30 @@ def test_flags_about_an_image_name_its_side(rig: Rig) -> None:
     measured = StageMeasurer(rig).measure(left, blank, REQUEST)
     (flag,) = [flag for flag in measured.flags if flag.code == "blank-image"]
     assert flag.detail.startswith("right: ")
+
+
+def test_deviations_follow_the_residuals_of_the_triads(rig: Rig) -> None:
+    usual, unusual, trusting = (
+        StageMeasurer(
+            rig,
+            replace(
+                Parameters(), variance_factor=VarianceFactorParameters(enabled=enabled, expected=expected)
+            ),
+        ).measure(*frames("PRE"), REQUEST)
+        for enabled, expected in ((True, 5.0), (True, 0.1), (False, 0.1))
+    )
+    assert [flag.code for flag in unusual.flags] == ["appearance-unusual"]
+    assert not usual.flags
+    assert poses(trusting) == poses(usual)
+    factor = unusual.left.features.covariance_px2 / usual.left.features.covariance_px2
+    assert factor == pytest.approx(factor[0, 0, 0])
+    assert factor[0, 0, 0] > VarianceFactorParameters().max_usual
+    for before, after in zip(usual.triads, unusual.triads, strict=True):
+        assert before.label == after.label
+        assert before.triad.pose is not None
+        assert after.triad.pose is not None
+        assert np.all(after.triad.pose.position_sd_mm > before.triad.pose.position_sd_mm)
+        assert after.triad.pose.position_mm == pytest.approx(before.triad.pose.position_mm, abs=0.05)
 
 
 def test_impossible_pairs_are_refused(rig: Rig) -> None:

@@ -21,7 +21,13 @@ from spinewatch.arrays import Bool, Float, Int, Single
 from spinewatch.camera import Camera
 from spinewatch.detection.features import HIDDEN, DiscardedCandidates, Features
 from spinewatch.detection.refinement.lamp import LampEstimates, estimate_lamp
-from spinewatch.detection.refinement.networks import BallEstimates, BallNetwork, BallNetworks, predict_balls
+from spinewatch.detection.refinement.networks import (
+    BallEstimates,
+    BallNetwork,
+    BallNetworks,
+    mean_estimates,
+    predict_balls,
+)
 from spinewatch.detection.refinement.outlines import outline_offsets
 from spinewatch.detection.refinement.patches import cut_patches
 from spinewatch.imaging.frame import Frame
@@ -109,8 +115,8 @@ class Proposals:
     ----------
     camera
         Camera of the view.
-    network
-        Refinement network for the size of the balls.
+    networks
+        Refinement networks for the size of the balls.
     tone
         Log gray levels, shape (H, W).
     similarity
@@ -130,7 +136,7 @@ class Proposals:
     """
 
     camera: Camera
-    network: BallNetwork
+    networks: tuple[BallNetwork, ...]
     tone: Single
     similarity: Float
     centre: Float
@@ -170,13 +176,13 @@ def propose(
     """
     p = parameters
     tone, nominal_px = patch_tone(frame.gray()), np.array(view.ball_px)
-    first = _Predictor(networks.proposal, tone, nominal_px, view.lamp, False, p.max_shift)
+    first = _Predictor((networks.proposal,), tone, nominal_px, view.lamp, False, p.max_shift)
     proposed, centre = first.at(candidates.xy_px)
     covariance, score = _covariance_px2(proposed, nominal_px), _score(proposed, candidates.score, p)
     # Balls that appear larger are nearer; there the lamp is at a larger angle to the optical axis.
     ratio = _size_ratio(proposed, p)
-    network = networks.refinement_network(view.ball_px[0])
-    second = _Predictor(network, tone, nominal_px * ratio, view.lamp * ratio, False, p.max_shift)
+    refining = networks.refinement_networks(view.ball_px[0])
+    second = _Predictor(refining, tone, nominal_px * ratio, view.lamp * ratio, False, p.max_shift)
     best = _best(score, p.n_shared)
     refined, centre[best] = second.at(centre[best])
     balls = _probable(refined, p)
@@ -184,7 +190,7 @@ def propose(
     ball_px = second.ball_px * _size_ratio(refined, p)
     return Proposals(
         view.camera,
-        network,
+        refining,
         tone,
         candidates.score,
         centre,
@@ -241,7 +247,7 @@ def refine(
 def _refine(proposals: Proposals, lamp: Float, lamp_is_measured: bool, p: CentreParameters) -> RefinedView:
     """Return the features of one view, given the lamp direction (2,)."""
     view, ball_px = proposals, proposals.ball_px
-    predictor = _Predictor(view.network, view.tone, ball_px, lamp, lamp_is_measured, p.max_shift)
+    predictor = _Predictor(view.networks, view.tone, ball_px, lamp, lamp_is_measured, p.max_shift)
     centre, covariance, visible, score = (
         a.copy() for a in (view.centre, view.covariance, view.visible, view.score)
     )
@@ -268,9 +274,9 @@ def _refine(proposals: Proposals, lamp: Float, lamp_is_measured: bool, p: Centre
 
 @dataclass(frozen=True, eq=False)
 class _Predictor:
-    """A network and what the patches of an image share: log gray levels (H, W), ball size (2,), lamp (2,)."""
+    """Networks of one grid and what the patches share: log gray levels (H, W), ball size (2,), lamp (2,)."""
 
-    network: BallNetwork
+    networks: tuple[BallNetwork, ...]
     tone: Single
     ball_px: Float
     lamp: Float
@@ -280,10 +286,12 @@ class _Predictor:
     def at(self, positions_px: Float, rotated: bool = False) -> tuple[BallEstimates, Float]:
         """Return estimates at positions (n, 2), px, and centres (n, 2), px; optionally from patches rotated by 180°."""
         pixel = np.rint(positions_px).astype(np.intp)
-        patches = cut_patches(self.tone, pixel, (self.ball_px[0], self.ball_px[1]), self.network.grid)
+        patches = cut_patches(self.tone, pixel, (self.ball_px[0], self.ball_px[1]), self.networks[0].grid)
         sign = -1 if rotated else 1
         patches, lamp = patches[:, ::sign, ::sign], sign * self.lamp
-        estimates = predict_balls(self.network, patches, lamp, self.lamp_is_measured)
+        estimates = mean_estimates(
+            [predict_balls(network, patches, lamp, self.lamp_is_measured) for network in self.networks]
+        )
         shift = (sign * estimates.offset).clip(-self.max_shift, self.max_shift)
         return estimates, pixel + shift * (self.ball_px / 2)
 

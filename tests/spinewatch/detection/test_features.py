@@ -28,6 +28,15 @@ def test_a_selection_keeps_all_columns_together() -> None:
     assert len(features.take(np.array([], dtype=np.intp))) == 0
 
 
+def test_enlarged_deviations_grow_by_axis_and_centres_stay() -> None:
+    features = some(3)
+    assert features.enlarged(1.0) is features
+    larger = features.enlarged(np.array([2.0, 1.0]), (0.0, 0.3))
+    assert larger.xy_px is features.xy_px
+    assert larger.covariance_px2 == pytest.approx(np.tile(np.diag([0.16, 0.13]), (3, 1, 1)))
+    assert features.enlarged(3.0).covariance_px2 == pytest.approx(9 * features.covariance_px2)
+
+
 def test_rays_pass_through_the_features() -> None:
     camera = table_3_3_rig().left
     features = some(5)

@@ -41,6 +41,7 @@ const WARNINGS = [
   "image-coarse",
   "image-noisy",
   "exposure-unequal",
+  "appearance-unusual",
   "triad-count-low",
   "ball-occluded",
   "edit-lost",

@@ -51,7 +51,7 @@ def test_an_even_image_has_no_balls_and_no_candidates_remain_none(rig: Rig) -> N
     plain = np.full((416, 568), 120, np.uint8)
     some = refined_at(plain, np.random.default_rng(1).uniform(100, 300, (12, 2)), rig)
     assert np.isfinite(some.xy_px).all()
-    assert some.score.max() < 0.6  # templates alone would give 0.9
+    assert some.score.max() < 0.644  # odds of a ball below 1 to 30; templates alone would give 0.9
     assert len(refined_at(plain, np.empty((0, 2)), rig)) == 0
 
 

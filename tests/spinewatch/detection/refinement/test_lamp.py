@@ -39,9 +39,7 @@ def test_between_the_cameras_is_to_the_right_of_the_left_one_and_to_the_left_of_
 
 
 @given(st.floats(-60, 60), st.floats(-60, 60))
-def test_many_inaccurate_balls_of_both_views_give_a_disdirectiond_lamp(
-    along_mm: float, across_mm: float
-) -> None:
+def test_many_inaccurate_balls_of_both_views_give_a_displaced_lamp(along_mm: float, across_mm: float) -> None:
     rig = table_3_3_rig()
     field = rig.left.centre - RANGE_MM * rig.left.M[2]
     lamp = (rig.left.centre + rig.right.centre) / 2
@@ -64,7 +62,7 @@ def shifted(rig: Rig, by: float) -> list[LampEstimates]:
     return views
 
 
-def test_opposite_disdirectionments_in_the_views_cancel() -> None:
+def test_opposite_displacements_in_the_views_cancel() -> None:
     rig = table_3_3_rig()
     views = shifted(rig, 0.2)
     for view, direction in zip(views, estimate_lamp(views, SD), strict=True):

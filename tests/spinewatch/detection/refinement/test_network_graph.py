@@ -37,7 +37,9 @@ def in_numpy(network: BallNetwork, x: Singles, lamp: Singles) -> Singles:
     return x[:, 0, 0]
 
 
-@pytest.mark.parametrize("network", NETWORKS, ids=["proposal", "usual", "large"])
+@pytest.mark.parametrize(
+    "network", NETWORKS, ids=["proposal", "usual", "large", "usual, glossy", "large, glossy"]
+)
 @pytest.mark.parametrize("count", [1, 24, 250])
 def test_the_outputs_are_those_of_the_definition(network: BallNetwork, count: int) -> None:
     x = patches(network, count)
