@@ -12,6 +12,7 @@ import signal
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from types import FrameType
 from typing import Protocol
@@ -64,12 +65,18 @@ def _parts(options: argparse.Namespace) -> Mapping[str, Callable[[LoadService], 
         "throughput": lambda service: load_throughput.measure(service, seed=options.seed),
         "carts": lambda service: load_carts.measure(service, seed=options.seed),
         "summary": lambda service: load_summary.measure(service, options.surgeries, seed=options.seed),
-        "kills": lambda service: load_kills.run(service, options.rounds, options.seed),
+        "kills": lambda service: _kills(service, options),
     }
     if options.hours or options.part == "soak":
         hours = options.hours or _SOAK_HOURS
         parts["soak"] = lambda service: load_soak.measure(service, hours, options.seed)
     return parts
+
+
+def _kills(service: LoadService, options: argparse.Namespace) -> Part:
+    with ExitStack() as stack:
+        others = [stack.enter_context(service.another()) for _ in range(1, options.services)]
+        return load_kills.run([service, *others], options.rounds, options.seed)
 
 
 _NAMES = ("latency", "throughput", "carts", "summary", "kills", "soak")
@@ -82,6 +89,12 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--json", type=Path, help="write the bars here")
     parser.add_argument("--part", choices=_NAMES, help="measure this part only")
     parser.add_argument("--rounds", type=int, default=load_kills.ROUNDS, help="rounds of kill -9")
+    parser.add_argument(
+        "--services",
+        type=int,
+        default=1,
+        help="services that are killed side by side; their load slows all ends",
+    )
     parser.add_argument(
         "--surgeries", type=int, default=load_summary.SURGERIES, help="size of the large record"
     )

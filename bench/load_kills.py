@@ -1,7 +1,8 @@
 """Rounds of kill -9 of the service's processes while carts send stages: nothing lost, nothing twice, the same bits.
 
 The rounds follow from the seed: how many kills, of what and when. Each cart sends the same pairs to a new surgery in
-every round, so that its results must be those of a round without kills.
+every round, so that its results must be those of a round without kills. A round waits most of the time, for leases to
+expire and processes to start, so that several services, each with its database, are killed side by side.
 """
 
 from __future__ import annotations
@@ -100,6 +101,8 @@ class Kills:
 
 @dataclass
 class _Tally:
+    """What the rounds of one service did."""
+
     surgeries: dict[str, int] = field(default_factory=dict)
     killed: Counter[str] = field(default_factory=Counter)
     failed: Counter[str] = field(default_factory=Counter)
@@ -108,26 +111,43 @@ class _Tally:
     differing: int = 0
 
 
-def run(service: LoadService, rounds: int = ROUNDS, seed: int = 0) -> Kills:
-    """Run a round without kills, and then rounds with kills; raises ``ServiceStuckError`` if a job never ends."""
+def run(services: Sequence[LoadService], rounds: int = ROUNDS, seed: int = 0) -> Kills:
+    """Run a round without kills, and then rounds with kills; raises ``ServiceStuckError`` if a job never ends.
+
+    The first service has the round without kills, and each of them an equal share of the others.
+    """
     files = make_pairs(CARTS * STAGES, seed)
     assigned = [files[k::CARTS] for k in range(CARTS)]
-    carts = _sent(service, assigned)
+    carts = _sent(services[0], assigned)
     expected = [_results(cart, files) for cart, files in zip(carts, assigned, strict=True)]
     for cart in carts:
         cart.close()
-    tally = _Tally()
-    for number in range(rounds):
-        _round(service, assigned, expected, np.random.default_rng([seed, number]), tally)
-    service.wait_until_ready()
+
+    ended_early = threading.Event()
+
+    def share(place: int) -> tuple[_Tally, Ledger]:
+        service, tally = services[place], _Tally()
+        for number in range(place, rounds, len(services)):
+            if ended_early.is_set():
+                break
+            _round(service, assigned, expected, np.random.default_rng([seed, number]), tally)
+        service.wait_until_ready()
+        return tally, count(service, tally.surgeries)
+
+    with ThreadPoolExecutor(len(services)) as threads:
+        try:
+            tallies, ledgers = zip(*threads.map(share, range(len(services))), strict=True)
+        except BaseException:
+            ended_early.set()  # the pool waits for its threads
+            raise
     return Kills(
         rounds,
-        tally.killed,
-        count(service, tally.surgeries),
-        tally.failed,
-        tally.differing,
-        tally.seconds,
-        tally.statuses,
+        sum((tally.killed for tally in tallies), Counter()),
+        Ledger.total(ledgers),
+        sum((tally.failed for tally in tallies), Counter()),
+        sum(tally.differing for tally in tallies),
+        [seconds for tally in tallies for seconds in tally.seconds],
+        sum((tally.statuses for tally in tallies), Counter()),
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from sqlalchemy import func, select
@@ -35,6 +35,16 @@ class Ledger:
     expected: int
     lost: int
     doubled: int
+
+    @classmethod
+    def total(cls, ledgers: Iterable[Ledger]) -> Ledger:
+        """Return the counts of several records together."""
+        every = tuple(ledgers)
+        return cls(
+            sum(one.expected for one in every),
+            sum(one.lost for one in every),
+            sum(one.doubled for one in every),
+        )
 
     @property
     def is_exactly_once(self) -> bool:

@@ -93,6 +93,12 @@ class LoadService:
     ) -> None:
         self.stop()
 
+    def another(self) -> LoadService:
+        """Return a service like this one, with a new database and queue in files of a folder of its own."""
+        folder = self.folder / f"service-{uuid4()}"
+        folder.mkdir()
+        return LoadService(folder, self._workers)
+
     def client(self, timeout_s: float = 60.0) -> httpx.Client:
         """Return a client with the key; the caller closes it."""
         headers = {"Authorization": f"Bearer {self.key}"}

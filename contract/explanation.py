@@ -174,29 +174,39 @@ class Explanation(Schema):
             return None
         labelled = {id(triad.triad): place for place, triad in enumerate(measurement.triads)}
         places = [labelled.get(id(triad)) for triad in found.triads]
+        verdicts = found.verdicts[:MAX_TRIADS]
+        positions = _rounded(np.array([verdict.position_mm for verdict in verdicts]).reshape(-1, 3))
         triads = [
-            _triad(verdict, places[k] if k < len(places) else None)
-            for k, verdict in enumerate(found.verdicts[:MAX_TRIADS])
+            _triad(verdict, position, places[k] if k < len(places) else None)
+            for k, (verdict, position) in enumerate(zip(verdicts, positions, strict=True))
         ]
         points = found.points.take(np.arange(min(len(found.points), MAX_POINTS)))
-        return cls(
-            method=found.method,
-            left=_candidates(measurement.left, found.uses[0]),
-            right=_candidates(measurement.right, found.uses[1]),
-            points=[
-                CandidatePoint(left=i, right=j, position_mm=position, parallax_mm=parallax, log_odds=odds)
-                for i, j, position, parallax, odds in zip(
-                    points.left_index.tolist(),
-                    points.right_index.tolist(),
-                    _rounded(points.position_mm),
-                    _rounded(points.parallax_mm),
-                    _rounded(points.log_odds),
-                    strict=True,
-                )
-            ],
-            points_left_out=max(len(found.points) - MAX_POINTS, 0),
-            triads=triads,
-            triads_left_out=max(len(found.verdicts) - MAX_TRIADS, 0),
+        return cls.model_validate(  # at once: one call for each of a thousand models takes twice as long
+            {
+                "method": found.method,
+                "left": _candidates(measurement.left, found.uses[0]),
+                "right": _candidates(measurement.right, found.uses[1]),
+                "points": [
+                    {
+                        "left": i,
+                        "right": j,
+                        "position_mm": position,
+                        "parallax_mm": parallax,
+                        "log_odds": odds,
+                    }
+                    for i, j, position, parallax, odds in zip(
+                        points.left_index.tolist(),
+                        points.right_index.tolist(),
+                        _rounded(points.position_mm),
+                        _rounded(points.parallax_mm),
+                        _rounded(points.log_odds),
+                        strict=True,
+                    )
+                ],
+                "points_left_out": max(len(found.points) - MAX_POINTS, 0),
+                "triads": triads,
+                "triads_left_out": max(len(found.verdicts) - MAX_TRIADS, 0),
+            }
         )
 
     def placed(self, places: Mapping[int, int | None]) -> Explanation:
@@ -251,21 +261,24 @@ def _rounded(values: Float) -> Any:
     return np.round(values, _DECIMALS).tolist()
 
 
-def _triad(verdict: spinewatch.triads.explanation.TriadVerdict, place: int | None) -> CandidateTriad:
+def _triad(
+    verdict: spinewatch.triads.explanation.TriadVerdict, position_mm: list[float], place: int | None
+) -> dict[str, Any]:
+    """Return the values of a ``CandidateTriad``."""
     reason = TriadRejection.REMOVED if verdict.reason is None and place is None else verdict.reason
-    return CandidateTriad(
-        model=verdict.model.name,
-        left=[None if i < 0 else i for i in verdict.left.tolist()],
-        right=[None if i < 0 else i for i in verdict.right.tolist()],
-        balls=list(verdict.model.balls),
-        position_mm=_rounded(verdict.position_mm),
-        error_mm=round(verdict.error_mm, _DECIMALS),
-        log_odds=None if verdict.log_odds is None else round(verdict.log_odds, _DECIMALS),
-        triad=place,
-        reason=reason,
-        heuristic=None if reason is None else HEURISTICS.get(reason),
-        rival=verdict.rival,
-    )
+    return {
+        "model": verdict.model.name,
+        "left": [None if i < 0 else i for i in verdict.left.tolist()],
+        "right": [None if i < 0 else i for i in verdict.right.tolist()],
+        "balls": list(verdict.model.balls),
+        "position_mm": position_mm,
+        "error_mm": round(verdict.error_mm, _DECIMALS),
+        "log_odds": None if verdict.log_odds is None else round(verdict.log_odds, _DECIMALS),
+        "triad": place,
+        "reason": reason,
+        "heuristic": None if reason is None else HEURISTICS.get(reason),
+        "rival": verdict.rival,
+    }
 
 
 def _placed(triad: CandidateTriad, places: Mapping[int, int | None]) -> CandidateTriad:
@@ -279,18 +292,19 @@ def _placed(triad: CandidateTriad, places: Mapping[int, int | None]) -> Candidat
 def _candidates(
     detection: spinewatch.detection.candidates.search.Detection,
     uses: Sequence[spinewatch.triads.explanation.FeatureUse],
-) -> ImageCandidates:
+) -> dict[str, Any]:
+    """Return the values of an ``ImageCandidates``."""
     discarded = detection.discarded
-    return ImageCandidates(
-        features=[FeatureUse(candidate=use.triad, ball=use.ball, reason=use.reason) for use in uses],
-        discarded=[
-            DiscardedCandidate(
-                x=x,
-                y=y,
-                score=score,
-                reason=CandidateRejection.SAME_BALL if same else CandidateRejection.LOW_SCORE,
-                feature=None if feature < 0 else feature,
-            )
+    return {
+        "features": [{"candidate": use.triad, "ball": use.ball, "reason": use.reason} for use in uses],
+        "discarded": [
+            {
+                "x": x,
+                "y": y,
+                "score": score,
+                "reason": CandidateRejection.SAME_BALL if same else CandidateRejection.LOW_SCORE,
+                "feature": None if feature < 0 else feature,
+            }
             for (x, y), score, same, feature in zip(
                 _rounded(discarded.xy_px),
                 _rounded(discarded.score),
@@ -299,4 +313,4 @@ def _candidates(
                 strict=True,
             )
         ],
-    )
+    }

@@ -13,6 +13,7 @@ import structlog
 from anyio import CapacityLimiter, to_thread
 from fastapi import FastAPI
 from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.orm import Session
 from starlette.datastructures import Headers
 from starlette.requests import cookie_parser
 from starlette.types import ASGIApp, Receive, Scope, Send
@@ -23,12 +24,13 @@ from service.declared_routes import DeclaredRoutes
 from service.failed_attempts import FailedAttempts
 from service.key_use import KeyUse
 from service.middleware.origins import same_host
+from service.presence import deletion, surgery_of
 from service.problems import database_problem, problem, problem_response
 from service.scopes import Needed, is_open, needed_scopes
 from store import keys, sessions, tables
 from store.clock import utc_now
 from store.database import Database
-from store.errors import DatabaseNotReadyError
+from store.errors import DatabaseNotReadyError, SurgeryDeletedError
 from store.revision import require_revision
 
 COOKIE = "spinewatch_session"
@@ -92,8 +94,19 @@ class _Credential:
         return form.fullmatch(self.secret) is not None
 
 
+@dataclass(frozen=True)
+class _Identified:
+    """Who makes a request, and whether the surgery that it is for was deleted."""
+
+    principal: Principal
+    deletion: SurgeryDeletedError | None = None
+
+
 class Access:
-    """ASGI middleware that answers 401 without a valid key or session, and 403 without the scope that a route needs."""
+    """ASGI middleware that answers 401 without a valid key or session, and 403 without the scope that a route needs.
+
+    A surgery that was deleted is answered with 410 here, where the database is asked already.
+    """
 
     def __init__(self, app: ASGIApp, routes: DeclaredRoutes) -> None:
         self._app = app
@@ -117,22 +130,28 @@ class Access:
     async def _refused(self, scope: Scope) -> _Refusal | None:
         """Return why a request is refused; otherwise its principal is in its state afterwards."""
         route = self._routes.find(scope["method"], scope["path"])
-        needed = needed_scopes(scope["method"], None if route is None else route.path)
+        template = None if route is None else route.path
+        needed = needed_scopes(scope["method"], template)
         headers = Headers(scope=scope)
         credential = _credential(headers)
         if credential is None:
             return None if not needed else _unauthorized("key-missing", _MISSING)
-        found = await self._identified(scope, credential)
-        if not isinstance(found, Principal):
+        found = await self._identified(scope, credential, surgery_of(template, scope["path"]))
+        if not isinstance(found, _Identified):
             return found
-        refused = _not_permitted(scope["method"], headers, found, needed)
+        principal = found.principal
+        refused = _not_permitted(scope["method"], headers, principal, needed)
+        if refused is None and found.deletion is not None:
+            refused = problem(410, str(found.deletion), found.deletion.code), {}
         if refused is None:
-            self._admit(scope, found)
+            self._admit(scope, principal)
         else:
-            scope.setdefault("state", {})[REFUSED] = found
+            scope.setdefault("state", {})[REFUSED] = principal
         return refused
 
-    async def _identified(self, scope: Scope, credential: _Credential) -> Principal | _Refusal:
+    async def _identified(
+        self, scope: Scope, credential: _Credential, surgery_id: str | None
+    ) -> _Identified | _Refusal:
         """Return who sent a credential, or why the request is refused."""
         if not credential.is_well_formed:
             return _not_valid(credential)
@@ -144,18 +163,18 @@ class Access:
             detail = f"too many failed attempts from this address; wait {ceil(wait)} s and send a valid key"
             return problem(429, detail, "too-many-attempts"), {"Retry-After": str(ceil(wait))}
         try:
-            principal = await to_thread.run_sync(
-                _identify, app.state.database, credential, utc_now(), limiter=self._threads
+            found = await to_thread.run_sync(
+                _identify, app.state.database, credential, surgery_id, utc_now(), limiter=self._threads
             )
         except DatabaseNotReadyError as error:
             return problem(503, str(error), error.code), {}
         except SQLAlchemyError as error:
             return database_problem(error)
-        if principal is None:
+        if found is None:
             self._fail(digest, address)
             return _not_valid(credential)
         self._remember(digest)
-        return principal
+        return found
 
     def _admit(self, scope: Scope, principal: Principal) -> None:
         """Let the routes and the log know who makes a request."""
@@ -189,18 +208,27 @@ def _credential(headers: Headers) -> _Credential | None:
     return None if not token else _Credential(token, is_session=True)
 
 
-def _identify(database: Database, credential: _Credential, now: datetime) -> Principal | None:
-    """Return who sent a credential, None when it is not valid."""
+def _identify(
+    database: Database, credential: _Credential, surgery_id: str | None, now: datetime
+) -> _Identified | None:
+    """Return who sent a credential, None when it is not valid; with whether the surgery was deleted, in one look."""
     try:
         with database.read() as session:
-            if not credential.is_session:
-                key = keys.authenticate(session, credential.secret, now)
-                return None if key is None else _principal(key, key.expires_at, None)
-            row = sessions.find(session, credential.secret, now)
-            return None if row is None else _principal(row.key, row.expires_at, credential.secret)
+            principal = _sender(session, credential, now)
+            if principal is None or surgery_id is None:
+                return None if principal is None else _Identified(principal)
+            return _Identified(principal, deletion(session, surgery_id))
     except SQLAlchemyError:
         require_revision(database)  # says what to do where there are no tables
         raise
+
+
+def _sender(session: Session, credential: _Credential, now: datetime) -> Principal | None:
+    if not credential.is_session:
+        key = keys.authenticate(session, credential.secret, now)
+        return None if key is None else _principal(key, key.expires_at, None)
+    row = sessions.find(session, credential.secret, now)
+    return None if row is None else _principal(row.key, row.expires_at, credential.secret)
 
 
 def _principal(key: tables.access.ApiKey, expires_at: datetime | None, token: str | None) -> Principal:

@@ -10,7 +10,7 @@ from importlib.metadata import version
 from uuid import uuid4
 
 from anyio import CapacityLimiter
-from fastapi import Depends, FastAPI
+from fastapi import FastAPI
 from fastapi.middleware.cors import CORSMiddleware
 from fastapi.routing import APIRoute
 from fastapi_offline import FastAPIOffline
@@ -34,7 +34,6 @@ from service.middleware.origins import OwnOrigin
 from service.middleware.refusals import Refusals
 from service.middleware.request_log import RequestLog
 from service.middleware.uploads import UploadTurns
-from service.presence import require_present
 from service.readiness import ReadinessChecks
 from service.routes import (
     audit,
@@ -141,7 +140,7 @@ def create_app(settings: Settings) -> FastAPI:
         responses=dict(problem_responses(400, 403, 421, 422)),
     )
     for resource in _ROUTES:
-        app.include_router(resource.router, dependencies=[Depends(require_present)])
+        app.include_router(resource.router)
     dashboard_page.install(app)
     problems.install(app)
     idempotency.install(app)

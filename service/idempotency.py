@@ -9,15 +9,15 @@ job that a request submitted has not ended, the repeated request is a conflict t
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from http import HTTPStatus
 from typing import Annotated, Any
 
 from fastapi import Depends, FastAPI, Header, Request, Response
 from pydantic import BaseModel
 from sqlalchemy.orm import Session
-from starlette.concurrency import run_in_threadpool
 from starlette.datastructures import UploadFile
 
 from contract.event import Actor
@@ -80,12 +80,13 @@ class Once:
     database
         The database.
     use
-        The key of the request, None without one.
+        Returns the use of the key of the request, in the thread that writes; None without a key.
     """
 
-    def __init__(self, database: Database, use: KeyUse | None) -> None:
+    def __init__(self, database: Database, use: Callable[[], KeyUse] | None) -> None:
         self._database = database
-        self._use = use
+        self._find_use = use
+        self._use: KeyUse | None = None
         self._session: Session | None = None
 
     @contextmanager
@@ -94,6 +95,7 @@ class Once:
 
         Raises ``Replay`` then, or ``JobNotEndedError`` while the job that it submitted has not ended.
         """
+        self._use = None if self._find_use is None else self._find_use()
         with self._database.write() as session:
             if self._use is not None:
                 answer = idempotency.find(session, self._use, utc_now())
@@ -123,8 +125,7 @@ async def _once(
 ) -> Once:
     if key is None:
         return Once(database, None)
-    fingerprint = await _fingerprint(request)
-    return Once(database, KeyUse(_scope(actor), key.strip('"'), fingerprint))
+    return Once(database, partial(_use, _scope(actor), key.strip('"'), *await _content(request)))
 
 
 OnceDep = Annotated[Once, Depends(_once)]
@@ -169,13 +170,16 @@ def _response(answer: Answer, headers: Mapping[str, str] | None = None) -> Respo
     )
 
 
-async def _fingerprint(request: Request) -> str:
-    """Return the digest of a request; of a form its parts count, not how they were packed."""
+async def _content(request: Request) -> tuple[list[str], list[tuple[str, Any]]]:
+    """Return what tells a request from another; of a form its parts count, not how they were packed."""
     head = [request.method, request.url.path, request.url.query]
     if request.headers.get("content-type", "").lower().startswith("multipart/form-data"):
-        parts = (await request.form()).multi_items()
-        return await run_in_threadpool(_digest, head, parts)
-    return _digest(head, [("body", (await request.body()).decode("latin-1"))])
+        return head, (await request.form()).multi_items()
+    return head, [("body", (await request.body()).decode("latin-1"))]
+
+
+def _use(scope: str, key: str, head: Iterable[str], parts: Iterable[tuple[str, Any]]) -> KeyUse:
+    return KeyUse(scope, key, _digest(head, parts))
 
 
 def _digest(head: Iterable[str], parts: Iterable[tuple[str, Any]]) -> str:

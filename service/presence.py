@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from fastapi import Request
-from starlette.concurrency import run_in_threadpool
+from sqlalchemy.orm import Session
 
 from store import retention
-from store.database import Database
+from store.errors import SurgeryDeletedError
+
+_SURGERY = "/v1/surgeries/{surgery_id}"
+_PLACE = _SURGERY.split("/").index("{surgery_id}")
 
 
-async def require_present(request: Request) -> None:
-    """Raise ``SurgeryDeletedError`` for the path of a surgery that was deleted."""
-    surgery_id = request.path_params.get("surgery_id")
-    if surgery_id is not None:
-        await run_in_threadpool(_check, request.app.state.database, surgery_id)
+def surgery_of(template: str | None, path: str) -> str | None:
+    """Return the identifier of the surgery that a path belongs to, None for another; ``template`` is its route's."""
+    if template is None or not (template == _SURGERY or template.startswith(f"{_SURGERY}/")):
+        return None
+    return path.split("/")[_PLACE]
 
 
-def _check(database: Database, surgery_id: str) -> None:
-    with database.read() as session:
+def deletion(session: Session, surgery_id: str) -> SurgeryDeletedError | None:
+    """Return the error of a surgery that was deleted, None for one that was not."""
+    try:
         retention.require_present(session, surgery_id)
+    except SurgeryDeletedError as error:
+        return error
+    return None

@@ -15,7 +15,6 @@ from store import tables
 def stage_document(row: tables.stages.Stage) -> Stage:
     """Return the model of a row with its images, job and measurement."""
     measured = row.measurement
-    counts = {} if measured is None else {features.side: features.count for features in measured.features}
     return Stage(
         id=row.id,
         surgery_id=row.surgery_id,
@@ -27,10 +26,10 @@ def stage_document(row: tables.stages.Stage) -> Stage:
         right_exposed_at=row.right_exposed_at,
         created_at=row.created_at,
         images=image_pair(row.left, row.right),
-        pairs=1 + len(row.further_pairs),
+        pairs=row.pair_count,
         state=row.job.state,
         job=job_of(row.job, row),
-        features=CountPair(**counts) if counts else None,
+        features=_feature_counts(measured),
         triads=None if measured is None else measured.triad_count,
         flags=None if measured is None else [Flag(**flag) for flag in measured.result["flags"]],
         version=None if measured is None else measured.result["version"],
@@ -38,6 +37,12 @@ def stage_document(row: tables.stages.Stage) -> Stage:
         revision=revision_document(row),
         measuring=_measuring(row),
     )
+
+
+def _feature_counts(measured: tables.measurements.Measurement | None) -> CountPair | None:
+    if measured is None or measured.left_count is None or measured.right_count is None:
+        return None
+    return CountPair(left=measured.left_count, right=measured.right_count)
 
 
 def _measuring(row: tables.stages.Stage) -> Measuring | None:

@@ -14,6 +14,7 @@ import structlog
 from anyio import CapacityLimiter, to_thread
 from fastapi import Depends, Request
 from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.orm import Session
 
 from contract.change import Change, Changes
 from service.problems import AccessEndedError
@@ -170,7 +171,7 @@ class Watch:
         with self._database.read() as session:
             seen = changes.glance(session, jobs)
             withdrawn = None
-            if seen.last != self._last or time.monotonic() - self._admitted_at > _ADMISSION_S:
+            if self._has_to_admit(session, seen.last):
                 withdrawn = admitted.withdrawn(session, admissions, utc_now())
                 self._admitted_at = time.monotonic()
             if self._last is None or not follows:
@@ -178,6 +179,12 @@ class Watch:
             if seen.last == self._last:
                 return seen, Changes(changes=[], last=seen.last, done=True), withdrawn
             return seen, changes.listed(session, self._last, _KEPT), withdrawn
+
+    def _has_to_admit(self, session: Session, last: int) -> bool:
+        """Return whether a key or a session may have become invalid since the last look at them."""
+        if self._last is None or time.monotonic() - self._admitted_at > _ADMISSION_S:
+            return True
+        return last != self._last and changes.of_access(session, self._last)
 
     def _note(self, seen: Glance, new: Changes | None, withdrawn: frozenset[Admission] | None) -> None:
         before = self._last

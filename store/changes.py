@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from sqlalchemy import func, or_, select
+from sqlalchemy import bindparam, func, or_, select
 from sqlalchemy.orm import Session
 
 from contract.change import Change, Changes
@@ -86,7 +86,7 @@ def last_number(session: Session) -> int:
     int
         Its number, 0 when there is none.
     """
-    return session.scalar(select(func.max(Event.seq))) or 0
+    return session.scalar(_LAST) or 0
 
 
 def glance(session: Session, jobs: Collection[str]) -> Glance:
@@ -107,8 +107,25 @@ def glance(session: Session, jobs: Collection[str]) -> Glance:
     last = last_number(session)
     if not jobs:
         return Glance(last, frozenset())
-    ended = select(Job.id).where(Job.id.in_(jobs), Job.state.in_(FINAL_STATES))
-    return Glance(last, frozenset(session.scalars(ended)))
+    return Glance(last, frozenset(session.scalars(_ENDED, {"jobs": list(jobs)})))
+
+
+def of_access(session: Session, since: int) -> bool:
+    """Return whether anything happened to a key or a session.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    since
+        Number of the last event that is known.
+
+    Returns
+    -------
+    bool
+        Whether a key or a session was made, or is no longer valid, by a later event; not whether one has expired.
+    """
+    return session.scalar(_OF_ACCESS, {"since": since}) is not None
 
 
 def _change(event: Event, name: str | None, take: int | None) -> Change:
@@ -122,3 +139,17 @@ def _change(event: Event, name: str | None, take: int | None) -> Change:
         stage=name,
         take=take,
     )
+
+
+_LAST = select(func.max(Event.seq))
+_ENDED = select(Job.id).where(
+    Job.id.in_(bindparam("jobs", expanding=True)), Job.state.in_(tuple(FINAL_STATES))
+)
+_OF_ACCESS = (
+    select(Event.seq)
+    .where(
+        Event.seq > bindparam("since"),
+        or_(Event.action.startswith("key:"), Event.action.startswith("session:")),
+    )
+    .limit(1)
+)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sqlite3
 from collections.abc import Iterator
 from contextlib import closing, contextmanager, suppress
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +17,11 @@ from sqlalchemy.orm import Session
 from store import postgresql
 from store.commits import Commits
 from store.errors import DatabaseNotReadyError
+from store.json_text import to_json
 
 _BUSY_SECONDS = 10
 _OWNER_ONLY = 0o600
-_to_json = partial(json.dumps, allow_nan=False, separators=(",", ":"))
+_LEVEL = "spinewatch_synchronous"
 
 
 class Database:
@@ -64,7 +63,7 @@ class Database:
             yield session
 
     @contextmanager
-    def write(self, *, patient: bool = False) -> Iterator[Session]:
+    def write(self, *, patient: bool = False, durable: bool = True) -> Iterator[Session]:
         """Open a session whose changes are committed together at the end, or not at all.
 
         Parameters
@@ -72,13 +71,16 @@ class Database:
         patient
             Wait for other writers, and work, without a limit of time where the database is a server: for migrations,
             which several hosts may start at once.
+        durable
+            Whether the commit survives a power cut from the moment at which it ends, as what a client is told must.
+            Otherwise it does so from the next durable one on, or is lost as a whole. An ended process loses neither.
 
         Yields
         ------
         Session
             The session.
         """
-        engine = self._write_engine.execution_options(spinewatch_patient=patient)
+        engine = self._write_engine.execution_options(spinewatch_patient=patient, spinewatch_durable=durable)
         with Session(engine, expire_on_commit=False) as session, session.begin():
             yield session
 
@@ -169,7 +171,7 @@ def _engine(url: str) -> Engine:
             return _postgresql_engine(parsed)
         engine = create_engine(
             url,
-            json_serializer=_to_json,
+            json_serializer=to_json,
             connect_args={"timeout": _BUSY_SECONDS},
             max_overflow=-1,  # one connection per thread; a file has no limit of its own
         )
@@ -184,7 +186,7 @@ def _engine(url: str) -> Engine:
 
 def _postgresql_engine(url: URL) -> Engine:
     options = postgresql.connection_options(url)
-    engine = create_engine(url, json_serializer=_to_json, connect_args=options, **postgresql.POOL)
+    engine = create_engine(url, json_serializer=to_json, connect_args=options, **postgresql.POOL)
     event.listen(engine, "connect", postgresql.prepare)
     event.listen(engine, "begin", postgresql.begin)
     return engine
@@ -199,5 +201,12 @@ def _prepare_sqlite(connection: DBAPIConnection, _: Any) -> None:
 
 
 def _begin_sqlite(connection: Connection) -> None:
-    writes = connection.get_execution_options().get("spinewatch_writes", False)
-    connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+    options = connection.get_execution_options()
+    if not options.get("spinewatch_writes", False):
+        connection.exec_driver_sql("BEGIN")
+        return
+    level = "FULL" if options.get("spinewatch_durable", True) else "NORMAL"
+    if connection.info.setdefault(_LEVEL, "FULL") != level:
+        connection.exec_driver_sql(f"PRAGMA synchronous={level}")
+        connection.info[_LEVEL] = level
+    connection.exec_driver_sql("BEGIN IMMEDIATE")

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 
-from sqlalchemy import delete
+from sqlalchemy import bindparam, delete, insert, select
 from sqlalchemy.orm import Session
 
 from spinewatch.errors import SpinewatchError
@@ -82,7 +82,8 @@ def find(session: Session, use: KeyUse, now: datetime) -> Answer | None:
     IdempotencyKeyReusedError
         The key was used for another request.
     """
-    row = session.get(IdempotencyKey, (use.scope, use.key))
+    found = session.connection().execute(_FIND, {"scope": use.scope, "key": use.key})
+    row = found.one_or_none()
     if row is None or row.expires_at <= now:
         return None
     if row.fingerprint != use.fingerprint:
@@ -106,16 +107,26 @@ def add(session: Session, use: KeyUse, answer: Answer, now: datetime) -> None:
     now
         The time.
     """
-    session.execute(delete(IdempotencyKey).where(IdempotencyKey.expires_at <= now))
-    session.add(
-        IdempotencyKey(
-            scope=use.scope,
-            key=use.key,
-            fingerprint=use.fingerprint,
-            status=answer.status,
-            headers=dict(answer.headers),
-            body=answer.body,
-            created_at=now,
-            expires_at=now + LIFETIME,
-        )
+    connection = session.connection()
+    connection.execute(_FORGET, {"now": now})
+    connection.execute(
+        _INSERT,
+        {
+            "scope": use.scope,
+            "key": use.key,
+            "fingerprint": use.fingerprint,
+            "status": answer.status,
+            "headers": dict(answer.headers),
+            "body": answer.body,
+            "created_at": now,
+            "expires_at": now + LIFETIME,
+        },
     )
+
+
+_KEYS = IdempotencyKey.__table__
+_FIND = select(_KEYS).where(
+    IdempotencyKey.scope == bindparam("scope"), IdempotencyKey.key == bindparam("key")
+)
+_FORGET = delete(IdempotencyKey).where(IdempotencyKey.expires_at <= bindparam("now"))
+_INSERT = insert(IdempotencyKey)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
 
-from sqlalchemy import select
+from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 
 from spinewatch.imaging.header import ImageHeader
@@ -56,21 +57,47 @@ def add(session: Session, image: NewImage, now: datetime) -> Image:
     Image
         The row.
     """
-    row = session.get(Image, image.sha256)
-    if row is None:
-        row = Image(
-            sha256=image.sha256,
-            content=image.content,
-            media_type=image.header.media_type,
-            width=image.header.width,
-            height=image.header.height,
-            size_bytes=len(image.content),
-            created_at=now,
-        )
-        session.add(row)
-    if image.sent_sha256 is not None and session.get(SentImage, image.sent_sha256) is None:
-        session.add(SentImage(sent_sha256=image.sent_sha256, sha256=image.sha256, created_at=now))
-    return row
+    return add_all(session, [image], now)[0]
+
+
+def add_all(session: Session, new: Sequence[NewImage], now: datetime) -> list[Image]:
+    """Return the rows of images, which are added unless their content is stored already.
+
+    Parameters
+    ----------
+    session
+        Session that writes.
+    new
+        The images.
+    now
+        Time of the upload.
+
+    Returns
+    -------
+    list of Image
+        The rows in the same order.
+    """
+    known = session.scalars(_KNOWN, {"sha256": [image.sha256 for image in new]})
+    rows = {row.sha256: row for row in known}
+    for image in new:
+        if image.sha256 not in rows:
+            rows[image.sha256] = _row(image, now)
+            session.add(rows[image.sha256])
+        if image.sent_sha256 is not None and session.get(SentImage, image.sent_sha256) is None:
+            session.add(SentImage(sent_sha256=image.sent_sha256, sha256=image.sha256, created_at=now))
+    return [rows[image.sha256] for image in new]
+
+
+def _row(image: NewImage, now: datetime) -> Image:
+    return Image(
+        sha256=image.sha256,
+        content=image.content,
+        media_type=image.header.media_type,
+        width=image.header.width,
+        height=image.header.height,
+        size_bytes=len(image.content),
+        created_at=now,
+    )
 
 
 def content(session: Session, sha256: str) -> bytes:
@@ -116,3 +143,6 @@ def digest(content: bytes) -> str:
         64 hexadecimal digits.
     """
     return hashlib.sha256(content).hexdigest()
+
+
+_KNOWN = select(Image).where(Image.sha256.in_(bindparam("sha256", expanding=True)))

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
-from sqlalchemy import select
+from sqlalchemy import insert, select
 from sqlalchemy.orm import Session, undefer
 
 from contract.burst import Burst
@@ -18,6 +18,7 @@ from contract.triad import Triad
 from spinewatch.triads.pose import Pose
 from store import events, pair_results, stages, tables
 from store.errors import StageNotMeasuredError
+from store.packed_stage import PackedStage, pack
 from store.tables.measurements import FeatureList, Measurement
 from store.tables.stages import Stage
 
@@ -37,8 +38,20 @@ class MeasuredStage:
     result: StageResult
     pairs: Sequence[PairResult] = ()
 
+    def packed(self) -> PackedStage:
+        """Return what is stored of it.
 
-def add(session: Session, stage_id: str, measured: MeasuredStage, now: datetime, actor: Actor) -> None:
+        Returns
+        -------
+        PackedStage
+            The rows.
+        """
+        return pack(self.result, self.pairs)
+
+
+def add(
+    session: Session, stage_id: str, measured: MeasuredStage | PackedStage, now: datetime, actor: Actor
+) -> None:
     """Add the result of a stage.
 
     Parameters
@@ -48,29 +61,28 @@ def add(session: Session, stage_id: str, measured: MeasuredStage, now: datetime,
     stage_id
         Identifier of the stage.
     measured
-        What was measured.
+        What was measured, or its rows.
     now
         Time of the result.
     actor
         The worker.
     """
-    document = measured.result.model_dump(mode="json")
-    features, triads, burst = (document.pop(name) for name in ("features", "triads", "burst"))
-    session.add(
-        Measurement(
-            stage_id=stage_id,
-            result=document,
-            created_at=now,
-            features=[FeatureList(side=side, count=len(p), points=p) for side, p in features.items()],
-            burst=None if burst is None else tables.measurements.Burst(burst=burst),
-        )
-    )
-    session.flush()
-    session.add_all(
-        tables.measurements.Triad(stage_id=stage_id, position=position, label=triad["label"], triad=triad)
-        for position, triad in enumerate(triads)
-    )
-    pair_results.add(session, stage_id, measured.pairs)
+    rows = measured.packed() if isinstance(measured, MeasuredStage) else measured
+    session.execute(insert(Measurement), {"stage_id": stage_id, "result": rows.result, "created_at": now})
+    features = [{"side": side, "count": count, "points": points} for side, count, points in rows.features]
+    triads = [
+        {"position": position, "label": label, "triad": triad}
+        for position, (label, triad) in enumerate(rows.triads)
+    ]
+    bursts = [] if rows.burst is None else [{"burst": rows.burst}]
+    for table, values in (
+        (FeatureList, features),
+        (tables.measurements.Triad, triads),
+        (tables.measurements.Burst, bursts),
+    ):
+        if values:
+            session.execute(insert(table), [{"stage_id": stage_id, **row} for row in values])
+    pair_results.add(session, stage_id, rows.pairs)
     surgery_id = session.scalars(select(Stage.surgery_id).where(Stage.id == stage_id)).one()
     events.append(session, now, actor, events.Action.STAGE_MEASURED, stage_id, surgery_id)
 

@@ -90,7 +90,7 @@ def page_of(session: Session, query: Select[Row], table: type[Row], wanted: Page
     column: InstrumentedAttribute[Any] = getattr(table, name)
     key_name = inspect(table).primary_key[0].name
     key: InstrumentedAttribute[Any] = getattr(table, key_name)
-    total = session.scalar(select(func.count()).select_from(query.subquery())) or 0
+    total = session.scalar(select(func.count()).select_from(query.with_only_columns(key).subquery())) or 0
     order = (column.desc(), key.desc()) if descending else (column, key)
     following = query.order_by(*order)
     if wanted.after is not None:

@@ -5,19 +5,36 @@ from __future__ import annotations
 import zlib
 from collections.abc import Sequence
 
-from sqlalchemy import select
+from sqlalchemy import Text, bindparam, cast, insert, select
 from sqlalchemy.orm import Session, undefer
 
+from contract.features import ExposurePair, FeaturePair, FieldPair
 from contract.pair_result import PairFeatures, PairResult
 from store import tables
 from store.errors import NotFoundError
 from store.tables.measurements import FeatureList, Measurement
 from store.tables.stages import Stage
 
-_LEVEL = 6
+_LEVEL = 1
 
 
-def add(session: Session, stage_id: str, pairs: Sequence[PairResult]) -> None:
+def packed(pair: PairResult) -> bytes:
+    """Return what is stored of a pair.
+
+    Parameters
+    ----------
+    pair
+        What the pair was measured from.
+
+    Returns
+    -------
+    bytes
+        Compressed JSON.
+    """
+    return zlib.compress(pair.model_dump_json().encode(), _LEVEL)
+
+
+def add(session: Session, stage_id: str, pairs: Sequence[bytes]) -> None:
     """Add what the pairs of a stage were measured from.
 
     Parameters
@@ -27,12 +44,14 @@ def add(session: Session, stage_id: str, pairs: Sequence[PairResult]) -> None:
     stage_id
         Identifier of the stage.
     pairs
-        The pairs, in the order in which they were taken.
+        The pairs, ``packed``, in the order in which they were taken.
     """
-    session.add_all(
-        tables.measurements.PairResult(stage_id=stage_id, pair=number, content=_packed(pair))
-        for number, pair in enumerate(pairs, start=1)
-    )
+    rows = [
+        {"stage_id": stage_id, "pair": number, "content": content}
+        for number, content in enumerate(pairs, start=1)
+    ]
+    if rows:
+        session.execute(insert(tables.measurements.PairResult), rows)
 
 
 def find(session: Session, stage_id: str, pair: int) -> PairResult | None:
@@ -92,7 +111,7 @@ def features(session: Session, stage: Stage, measured: Measurement, pair: int) -
     session
         Session that reads.
     stage
-        The stage, with its further pairs.
+        The stage.
     measured
         Its measurement.
     pair
@@ -112,13 +131,12 @@ def features(session: Session, stage: Stage, measured: Measurement, pair: int) -
     if pair > 1:
         found = find(session, stage.id, pair)
         return None if found is None else found.features
-    query = select(FeatureList).where(FeatureList.stage_id == stage.id).options(undefer(FeatureList.points))
-    return PairFeatures.model_validate(
-        {
-            "features": {row.side: row.points for row in session.scalars(query)},
-            "fields": measured.result["fields"],
-            "exposure": measured.result["exposure"],
-        }
+    lists = session.execute(_FEATURES, {"stage_id": stage.id})
+    text = ",".join(f'"{side}":{points}' for side, points in lists)
+    return PairFeatures(
+        features=FeaturePair.model_validate_json(f"{{{text}}}"),
+        fields=FieldPair.model_validate(measured.result["fields"]),
+        exposure=ExposurePair.model_validate(measured.result["exposure"]),
     )
 
 
@@ -128,7 +146,7 @@ def require_pair(stage: Stage, pair: int) -> None:
     Parameters
     ----------
     stage
-        The stage, with its further pairs.
+        The stage.
     pair
         Number of the pair, from 1.
 
@@ -137,13 +155,14 @@ def require_pair(stage: Stage, pair: int) -> None:
     NotFoundError
         It has none of this number.
     """
-    if pair > 1 + len(stage.further_pairs):
+    if pair > stage.pair_count:
         raise NotFoundError("pair")
-
-
-def _packed(pair: PairResult) -> bytes:
-    return zlib.compress(pair.model_dump_json().encode(), _LEVEL)
 
 
 def _unpacked(row: tables.measurements.PairResult) -> PairResult:
     return PairResult.model_validate_json(zlib.decompress(row.content))
+
+
+_FEATURES = select(FeatureList.side, cast(FeatureList.points, Text)).where(
+    FeatureList.stage_id == bindparam("stage_id")
+)

@@ -86,4 +86,6 @@ def begin(connection: Connection) -> None:
             "SELECT set_config('lock_timeout', '0', true), set_config('statement_timeout', '0', true),"
             " set_config('idle_in_transaction_session_timeout', '0', true)"
         )
+    if not options.get("spinewatch_durable", True):
+        connection.exec_driver_sql("SET LOCAL synchronous_commit = off")
     connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({WRITE_LOCK})")

@@ -57,6 +57,11 @@ class JobQueue:
 
         self._task = self.huey.task(name="run_job")(run_job)
 
+    @property
+    def is_file(self) -> bool:
+        """Whether the queue is a file of this machine."""
+        return isinstance(self.huey.storage, QueueFile)
+
     def enqueue(self, job_id: str) -> None:
         """Append a job to the queue.
 

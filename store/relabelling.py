@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from datetime import datetime
 
-from sqlalchemy import select
+from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session, joinedload
 
 from contract.burst import LabelSource
@@ -14,6 +14,14 @@ from contract.revision import Relabelling
 from store import stage_submission, stage_work, stages
 from store.tables.measurements import Measurement
 from store.tables.stages import Stage
+
+_labelled_by = Measurement.result["labelled_by"]
+_LABELLED = (
+    select(Stage.id)
+    .join(Measurement, Measurement.stage_id == Stage.id)
+    .where(Stage.surgery_id == bindparam("surgery_id"), _labelled_by.as_string().is_not(None))
+    .limit(1)
+)
 
 
 def submit(session: Session, surgery_id: str, now: datetime, actor: Actor) -> tuple[str, ...]:
@@ -35,8 +43,9 @@ def submit(session: Session, surgery_id: str, now: datetime, actor: Actor) -> tu
     tuple of str
         Identifiers of the jobs, which the caller enqueues after the commit.
     """
-    labelled = Measurement.result["labelled_by"]
-    query = select(Stage, labelled).join(Measurement, Measurement.stage_id == Stage.id)
+    if session.execute(_LABELLED, {"surgery_id": surgery_id}).first() is None:
+        return ()
+    query = select(Stage, _labelled_by).join(Measurement, Measurement.stage_id == Stage.id)
     query = query.where(Stage.id.in_(stages.counting(surgery_id)))
     jobs = []
     for stage, found in session.execute(query.options(joinedload(Stage.surgery))).all():

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
-from sqlalchemy import ColumnElement, Select, Text, and_, cast, func, select
+from sqlalchemy import BindParameter, ColumnElement, Select, Text, and_, bindparam, cast, func, select
 from sqlalchemy.orm import Session
 
 from contract.event import Actor
@@ -331,13 +331,13 @@ def plans(session: Session, surgery: Surgery, setup: StoredSpineSetup) -> tuple[
     return plans_of(setup, [(stage, has) for stage, has in rows])
 
 
-def is_posed(vertebra: str) -> ColumnElement[bool]:
+def is_posed(vertebra: str | BindParameter[str]) -> ColumnElement[bool]:
     """Return the condition for the triad of a vertebra that has a pose.
 
     Parameters
     ----------
     vertebra
-        Label of the triad.
+        Label of the triad, or the parameter for it.
 
     Returns
     -------
@@ -450,9 +450,7 @@ def stored(session: Session, surgery_id: str, planned: Sequence[StagePlan]) -> d
     dict of str to StoredSpine or None
         By identifier of the stage; None where no spine was computed from the inputs as they are.
     """
-    latest = _latest_ids(surgery_id)
-    query = select(Spine.stage_id, Spine.fingerprint, cast(Spine.document, Text), Spine.reason)
-    rows = {row[0]: row[1:] for row in session.execute(query.where(Spine.id.in_(latest)))}
+    rows = {row[0]: row[1:] for row in session.execute(_STORED, {"surgery_id": surgery_id})}
     found: dict[str, StoredSpine | None] = {}
     for plan in planned:
         fingerprint, text, reason = rows.get(plan.stage_id, (None, None, None))
@@ -478,7 +476,7 @@ def _latest_rows(session: Session, surgery_id: str) -> Sequence[Spine]:
     return session.scalars(select(Spine).where(Spine.id.in_(_latest_ids(surgery_id)))).all()
 
 
-def _latest_ids(surgery_id: str) -> Select[int]:
+def _latest_ids(surgery_id: str | BindParameter[str]) -> Select[int]:
     return select(func.max(Spine.id)).where(Spine.surgery_id == surgery_id).group_by(Spine.stage_id)
 
 
@@ -486,3 +484,8 @@ def _job_state(session: Session, surgery_id: str) -> str:
     query = select(Job.state).where(Job.kind == SPINE_JOB, Job.subject_id == surgery_id)
     state = session.scalars(query.order_by(Job.created_at.desc(), Job.id).limit(1)).first()
     return "not submitted" if state is None else state.value
+
+
+_STORED = select(Spine.stage_id, Spine.fingerprint, cast(Spine.document, Text), Spine.reason).where(
+    Spine.id.in_(_latest_ids(bindparam("surgery_id")))
+)

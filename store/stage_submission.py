@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from datetime import datetime
 from uuid import uuid4
 
-from sqlalchemy.orm import Session, joinedload
+from sqlalchemy import Row, and_, bindparam, select
+from sqlalchemy.orm import Session
 from sqlalchemy.orm.attributes import set_committed_value
 
 import contract.measuring
@@ -19,7 +20,7 @@ from store.errors import StageExistsError, StageNotMeasuredError, TakeSuperseded
 from store.images import NewImage
 from store.stages import measuring_of, sha256_by_side
 from store.tables.calibrations import Calibration
-from store.tables.jobs import STAGE_JOB
+from store.tables.jobs import STAGE_JOB, Job
 from store.tables.stages import FurtherPair, Stage
 from store.tables.surgeries import Surgery
 
@@ -96,14 +97,15 @@ def find_same(session: Session, surgery: Surgery, calibration: Calibration, new:
     Stage or None
         The take, with images, job and measurement; None when it is another one, or its job failed or was cancelled.
     """
-    latest = stages.find(session, surgery.id, new.name)
-    if latest is None or latest.job.state in _REPLACEABLE or latest.calibration_id != calibration.id:
+    latest = _latest(session, surgery.id, new.name)
+    if latest is None or latest.state in _REPLACEABLE or latest.calibration_id != calibration.id:
         return None
-    stored = [sha256_by_side(latest), *map(sha256_by_side, latest.further_pairs)]
+    taken = stages.get(session, surgery.id, new.name, latest.take)
+    stored = [sha256_by_side(taken), *map(sha256_by_side, _further_pairs(session, taken))]
     pairs = [(new.left, new.right), *((pair.left, pair.right) for pair in new.further)]
     sent = [{"left": left.sha256, "right": right.sha256} for left, right in pairs]
-    same_way = measuring_of(session, latest) == new.measuring
-    return latest if stored == sent and same_way else None
+    same_way = measuring_of(session, taken) == new.measuring
+    return taken if stored == sent and same_way else None
 
 
 def submit(
@@ -148,18 +150,19 @@ def submit(
     StageExistsError
         The latest job of that name is queued, running or, unless it is taken again, has succeeded.
     """
-    latest = session.scalars(
-        stages.takes_of(surgery.id, new.name).options(joinedload(Stage.job)).limit(1)
-    ).first()
-    _require_replaceable(latest, retake=retake)
+    latest = _latest(session, surgery.id, new.name)
+    if latest is not None:
+        _require_replaceable(latest.state, latest.id, retake=retake)
+    pairs = [NewPair(new.left, new.right), *new.further]
+    rows = iter(images.add_all(session, [image for pair in pairs for image in (pair.left, pair.right)], now))
     stage = Stage(
         id=str(uuid4()),
         surgery=surgery,
         name=new.name,
         take=1 if latest is None else latest.take + 1,
         calibration=calibration,
-        left=images.add(session, new.left, now),
-        right=images.add(session, new.right, now),
+        left=next(rows),
+        right=next(rows),
         captured_at=new.captured_at,
         left_exposed_at=new.left_exposed_at,
         right_exposed_at=new.right_exposed_at,
@@ -169,34 +172,49 @@ def submit(
         further_pairs=[
             FurtherPair(
                 position=position,
-                left=images.add(session, pair.left, now),
-                right=images.add(session, pair.right, now),
+                left=next(rows),
+                right=next(rows),
                 left_exposed_at=pair.left_exposed_at,
                 right_exposed_at=pair.right_exposed_at,
             )
             for position, pair in enumerate(new.further, start=1)
         ],
     )
-    session.add(stage)
-    job = jobs.add(session, STAGE_JOB, stage.id, now, {"surgery_id": surgery.id})
-    set_committed_value(stage, "job", job)
+    _add(session, stage, surgery.id, now)
     events.append(session, now, actor, events.Action.STAGE_SUBMITTED, stage.id, surgery.id)
     return stage
 
 
-def _require_replaceable(latest: Stage | None, *, retake: bool) -> None:
-    """Raise ``StageExistsError`` unless a take may follow the latest one."""
-    if latest is None or latest.job.state in _REPLACEABLE:
+def _add(session: Session, stage: Stage, surgery_id: str, now: datetime) -> None:
+    """Add a take and its queued job."""
+    session.add(stage)
+    job = jobs.add(session, STAGE_JOB, stage.id, now, {"surgery_id": surgery_id})
+    session.flush()
+    set_committed_value(stage, "job", job)
+    set_committed_value(stage, "pair_count", 1 + len(stage.further_pairs))
+
+
+def _latest(session: Session, surgery_id: str, name: str) -> Row[str, int, str, JobState] | None:
+    """Return job, take, calibration and state of the job of the latest take of a name."""
+    return session.execute(_LATEST, {"surgery_id": surgery_id, "name": name}).one_or_none()
+
+
+def _further_pairs(session: Session, stage: Stage) -> Sequence[FurtherPair]:
+    if stage.pair_count == 1:
+        return ()
+    query = select(FurtherPair).where(FurtherPair.stage_id == stage.id)
+    return session.scalars(query.order_by(FurtherPair.position)).all()
+
+
+def _require_replaceable(state: JobState, job_id: str, *, retake: bool) -> None:
+    """Raise ``StageExistsError`` unless a take may follow the latest one, whose job this is."""
+    if state in _REPLACEABLE or (state is JobState.SUCCEEDED and retake):
         return
-    state = latest.job.state
+    advice = "wait for its job, or cancel it"
     if state is JobState.SUCCEEDED:
-        if retake:
-            return
         advice = "choose another name, or send retake=true to take the stage again"
-    else:
-        advice = "wait for its job, or cancel it"
     raise StageExistsError(
-        f"this surgery has a stage of that name already and its job is {state.value}; {advice}", latest.job.id
+        f"this surgery has a stage of that name already and its job is {state.value}; {advice}", job_id
     )
 
 
@@ -243,7 +261,7 @@ def revise(
     """
     latest = stages.get(session, surgery_id, name)
     if latest.job.state not in FINAL_STATES:
-        _require_replaceable(latest, retake=True)
+        _require_replaceable(latest.job.state, latest.job.id, retake=True)
     revised = stages.measured(session, surgery_id, name)
     if revised.measurement is None:
         raise StageNotMeasuredError(
@@ -278,11 +296,19 @@ def revise(
                 left_exposed_at=pair.left_exposed_at,
                 right_exposed_at=pair.right_exposed_at,
             )
-            for pair in revised.further_pairs
+            for pair in _further_pairs(session, revised)
         ],
     )
-    session.add(stage)
-    job = jobs.add(session, STAGE_JOB, stage.id, now, {"surgery_id": surgery_id})
-    set_committed_value(stage, "job", job)
+    _add(session, stage, surgery_id, now)
     events.append(session, now, actor, events.Action.STAGE_REVISED, stage.id, surgery_id)
     return stage
+
+
+_LATEST = (  # an outer join, so that SQLite begins with the stage
+    select(Job.id, Stage.take, Stage.calibration_id, Job.state)
+    .select_from(Stage)
+    .outerjoin(Job, and_(Job.subject_id == Stage.id, Job.kind == STAGE_JOB))
+    .where(Stage.surgery_id == bindparam("surgery_id"), Stage.name == bindparam("name"))
+    .order_by(Stage.take.desc())
+    .limit(1)
+)

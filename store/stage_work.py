@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
+from typing import Any
 
 from pydantic import TypeAdapter
-from sqlalchemy import Select, and_, or_, select
+from sqlalchemy import and_, bindparam, or_, select
 from sqlalchemy.orm import Session, joinedload, selectinload
 
 import contract.measuring
@@ -37,14 +38,14 @@ class EarlierStage:
         When it was taken, None when unknown.
     sha256
         SHA-256 of its image files, hexadecimal, by side.
-    content
-        The files by side; empty for a stage whose files are not loaded.
+    is_compared
+        Whether its gray levels are compared with those of the stage in work.
     """
 
     name: str
     captured_at: datetime | None
     sha256: Mapping[str, str]
-    content: Mapping[str, bytes]
+    is_compared: bool = False
 
 
 @dataclass(frozen=True)
@@ -141,6 +142,8 @@ class StageWork:
         What is changed of an earlier take of the stage; None for a take with images of its own.
     measuring
         What is known of the pairs, and how they are measured, as it was sent with the images.
+    files
+        Images of earlier stages, by their SHA-256; None until the work has asked for some. A damaged one is missing.
     """
 
     left: bytes
@@ -165,6 +168,7 @@ class StageWork:
     unended_job: str | None = None
     revision: RevisionWork | None = None
     measuring: contract.measuring.Measuring = field(default_factory=contract.measuring.Measuring)
+    files: Mapping[str, bytes] | None = None
 
     @property
     def pairs(self) -> tuple[PairWork, ...]:
@@ -173,7 +177,7 @@ class StageWork:
         return (first, *self.further)
 
 
-def work(session: Session, stage_id: str, max_loaded: int = 0) -> StageWork:
+def work(session: Session, stage_id: str, max_compared: int = 0) -> StageWork:
     """Return what a worker needs to measure a stage.
 
     Parameters
@@ -182,17 +186,15 @@ def work(session: Session, stage_id: str, max_loaded: int = 0) -> StageWork:
         Session that reads.
     stage_id
         Identifier of the stage.
-    max_loaded
-        Number of the latest earlier stages whose files are loaded too.
+    max_compared
+        Number of the latest earlier stages whose gray levels are compared.
 
     Returns
     -------
     StageWork
         Images, rig, labels and earlier stages.
     """
-    query = select(Stage).where(Stage.id == stage_id)
-    whole = joinedload(Stage.surgery), joinedload(Stage.calibration), selectinload(Stage.further_pairs)
-    stage = session.scalars(query.options(*whole)).one()
+    stage = session.scalars(_WHOLE, {"stage_id": stage_id}).one()
     labelled, unended_job = labelled_before(session, stage)
     return StageWork(
         left=images.content(session, stage.left_sha256),
@@ -203,7 +205,7 @@ def work(session: Session, stage_id: str, max_loaded: int = 0) -> StageWork:
         calibrated_at=stage.calibration.calibrated_at,
         calibration_created_at=stage.calibration.created_at,
         calibration_age=calibrations.age(stage.calibration, stage),
-        earlier=_earlier(session, stage, max_loaded),
+        earlier=_earlier(session, stage, max_compared),
         vertebrae=tuple(stage.surgery.vertebrae),
         spine_axis=stage.surgery.spine_axis,
         extra_levels=tuple(stage.surgery.extra_levels),
@@ -242,29 +244,38 @@ def _revision(session: Session, stage: Stage) -> RevisionWork | None:
     return RevisionWork(changes, revised)
 
 
-def _earlier(session: Session, stage: Stage, max_loaded: int) -> tuple[EarlierStage, ...]:
-    """Return the stages submitted before a stage; takes of its own name show the same moment."""
-    taken = _before(stage).where(Stage.revised_take.is_(None))  # a revision has the images of its take
-    rows = session.scalars(taken.order_by(Stage.created_at, Stage.id)).all()
-    loaded = rows[max(len(rows) - max_loaded, 0) :]
-    return tuple(
-        EarlierStage(
-            name=row.name,
-            captured_at=row.captured_at or row.left_exposed_at,
-            sha256=sha256_by_side(row),
-            content=_whole(session, row) if row in loaded else {},
-        )
-        for row in rows
-    )
+def with_files(session: Session, work: StageWork, wanted: Collection[str]) -> StageWork:
+    """Return the work with images of earlier stages; serving a damaged one names the damage.
 
+    Parameters
+    ----------
+    session
+        Session that reads.
+    work
+        The work.
+    wanted
+        SHA-256 of each image, hexadecimal.
 
-def _whole(session: Session, stage: Stage) -> dict[str, bytes]:
-    """Return the images of an earlier stage that are not damaged; serving a damaged one names the damage."""
-    found = {}
-    for side, sha256 in sha256_by_side(stage).items():
+    Returns
+    -------
+    StageWork
+        The work with those that are not damaged.
+    """
+    files = {}
+    for sha256 in wanted:
         with suppress(ImageDamagedError):
-            found[side] = images.content(session, sha256)
-    return found
+            files[sha256] = images.content(session, sha256)
+    return replace(work, files=files)
+
+
+def _earlier(session: Session, stage: Stage, max_compared: int) -> tuple[EarlierStage, ...]:
+    """Return the stages submitted before a stage; takes of its own name show the same moment."""
+    rows = session.execute(_TAKEN_BEFORE, _place(stage)).all()
+    first = len(rows) - max_compared
+    return tuple(
+        EarlierStage(name, captured or exposed, {"left": left, "right": right}, place >= first)
+        for place, (name, captured, exposed, left, right) in enumerate(rows)
+    )
 
 
 def labelled_before(session: Session, stage: Stage) -> tuple[LabelledStage | None, str | None]:
@@ -288,19 +299,11 @@ def labelled_before(session: Session, stage: Stage) -> tuple[LabelledStage | Non
         That job.
     """
     labels = set(stage.surgery.vertebrae)
-    order = (
-        Stage.created_at.desc(),
-        Stage.take.desc(),
-        Stage.id.desc(),
-    )  # revisions have the time of their take
-    query = _before(stage).order_by(*order).options(joinedload(Stage.job))
-    for row in session.scalars(query):
+    for row in session.scalars(_LATEST_BEFORE, _place(stage)):
         if row.job.state not in FINAL_STATES:
             return None, row.job.id
         if row.job.state is JobState.SUCCEEDED:
-            rows = session.scalars(
-                select(Triad.triad).where(Triad.stage_id == row.id).order_by(Triad.position)
-            )
+            rows = session.scalars(_TRIADS, {"stage_id": row.id})
             triads = [contract.triad.Triad.model_validate(triad) for triad in rows]
             poses = {triad.label: triad.pose() for triad in triads if triad.label in labels}
             found = {label: pose for label, pose in poses.items() if label is not None and pose is not None}
@@ -309,9 +312,42 @@ def labelled_before(session: Session, stage: Stage) -> tuple[LabelledStage | Non
     return None, None
 
 
-def _before(stage: Stage) -> Select[Stage]:
-    """Return the query for the stages of other names that were submitted before a stage."""
-    before = or_(
-        Stage.created_at < stage.created_at, and_(Stage.created_at == stage.created_at, Stage.id < stage.id)
-    )
-    return select(Stage).where(Stage.surgery_id == stage.surgery_id, Stage.name != stage.name, before)
+def _place(stage: Stage) -> dict[str, Any]:
+    """Return the values of the queries for the stages before a stage."""
+    return {
+        "surgery_id": stage.surgery_id,
+        "name": stage.name,
+        "created_at": stage.created_at,
+        "stage_id": stage.id,
+    }
+
+
+_WHOLE = (
+    select(Stage)
+    .where(Stage.id == bindparam("stage_id"))
+    .options(joinedload(Stage.surgery), joinedload(Stage.calibration), selectinload(Stage.further_pairs))
+)
+_TRIADS = select(Triad.triad).where(Triad.stage_id == bindparam("stage_id")).order_by(Triad.position)
+_created_at = bindparam("created_at", type_=Stage.created_at.type)
+_BEFORE = (
+    Stage.surgery_id == bindparam("surgery_id"),
+    Stage.name != bindparam("name"),
+    or_(
+        Stage.created_at < _created_at,
+        and_(Stage.created_at == _created_at, Stage.id < bindparam("stage_id")),
+    ),
+)
+"""Conditions of the stages of other names that were submitted before a stage."""
+_LATEST_BEFORE = (
+    select(Stage)
+    .where(*_BEFORE)
+    .order_by(
+        Stage.created_at.desc(), Stage.take.desc(), Stage.id.desc()
+    )  # revisions have the time of their take
+    .options(joinedload(Stage.job))
+)
+_TAKEN_BEFORE = (
+    select(Stage.name, Stage.captured_at, Stage.left_exposed_at, Stage.left_sha256, Stage.right_sha256)
+    .where(*_BEFORE, Stage.revised_take.is_(None))  # a revision has the images of its take
+    .order_by(Stage.created_at, Stage.id)
+)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from datetime import datetime
 
-from sqlalchemy import Select, select
-from sqlalchemy.orm import Session, aliased, joinedload, selectinload
+from sqlalchemy import Select, bindparam, exists, select
+from sqlalchemy.orm import Session, aliased, joinedload
 
 from contract.job import JobState
 from contract.measuring import Measuring
@@ -38,7 +38,7 @@ def find(session: Session, surgery_id: str, name: str) -> Stage | None:
     Stage or None
         The row, None when there is no such stage.
     """
-    return session.scalars(_latest(surgery_id, name).options(*_WHOLE)).first()
+    return session.scalars(_LATEST, {"surgery_id": surgery_id, "name": name}).first()
 
 
 def get(session: Session, surgery_id: str, name: str, take: int | None = None) -> Stage:
@@ -65,16 +65,15 @@ def get(session: Session, surgery_id: str, name: str, take: int | None = None) -
     NotFoundError
         There is no such surgery, stage or take.
     """
-    query = _latest(surgery_id, name)
-    if take is not None:
-        query = query.where(Stage.take == take)
-    stage = session.scalars(query.options(*_WHOLE)).first()
+    wanted = {"surgery_id": surgery_id, "name": name}
+    if take is None:
+        stage = session.scalars(_LATEST, wanted).first()
+    else:
+        stage = session.scalars(_TAKE, {**wanted, "take": take}).one_or_none()
     if stage is None:
         if session.get(Surgery, surgery_id) is None:
             raise NotFoundError("surgery")
-        if take is not None and session.scalars(_latest(surgery_id, name)).first() is not None:
-            raise NotFoundError("take")
-        raise NotFoundError("stage")
+        raise NotFoundError("stage" if take is None or find(session, surgery_id, name) is None else "take")
     return stage
 
 
@@ -100,8 +99,8 @@ def takes(session: Session, surgery_id: str, name: str) -> Sequence[Stage]:
     NotFoundError
         There is no such surgery or stage.
     """
-    get(session, surgery_id, name)
-    return session.scalars(takes_of(surgery_id, name).options(*_WHOLE)).all()
+    found = session.scalars(_TAKES, {"surgery_id": surgery_id, "name": name}).all()
+    return found or [get(session, surgery_id, name)]
 
 
 def measured(session: Session, surgery_id: str, name: str, take: int | None = None) -> Stage:
@@ -130,8 +129,7 @@ def measured(session: Session, surgery_id: str, name: str, take: int | None = No
     """
     if take is not None:
         return get(session, surgery_id, name, take)
-    query = _latest(surgery_id, name).where(Stage.id.in_(counting(surgery_id)))
-    found = session.scalars(query.options(*_WHOLE)).first()
+    found = session.scalars(_MEASURED, {"surgery_id": surgery_id, "name": name}).first()
     return get(session, surgery_id, name) if found is None else found
 
 
@@ -167,7 +165,7 @@ def image(session: Session, stage: Stage, pair: int, side: str) -> Image:
     session
         Session that reads.
     stage
-        The stage, with its further pairs.
+        The stage.
     pair
         Number of the pair, from 1.
     side
@@ -183,10 +181,10 @@ def image(session: Session, stage: Stage, pair: int, side: str) -> Image:
     NotFoundError
         The stage has no such pair.
     """
-    pairs = [sha256_by_side(stage), *map(sha256_by_side, stage.further_pairs)]
-    if pair > len(pairs):
+    if pair > stage.pair_count:
         raise NotFoundError("pair")
-    return session.get_one(Image, pairs[pair - 1][side])
+    found = stage if pair == 1 else session.get_one(FurtherPair, (stage.id, pair - 1))
+    return session.get_one(Image, sha256_by_side(found)[side])
 
 
 def listed(
@@ -274,10 +272,6 @@ def measuring_of(session: Session, stage: Stage) -> Measuring:
     return Measuring() if changes is None else Measuring.model_validate(changes)
 
 
-def _latest(surgery_id: str, name: str) -> Select[Stage]:
-    return takes_of(surgery_id, name).limit(1)
-
-
 def takes_of(surgery_id: str, name: str) -> Select[Stage]:
     """Return the query for the takes of a stage.
 
@@ -302,6 +296,11 @@ _WHOLE = (
     joinedload(Stage.calibration),
     joinedload(Stage.left),
     joinedload(Stage.right),
-    joinedload(Stage.measurement).options(selectinload(Measurement.features)),
-    selectinload(Stage.further_pairs),
+    joinedload(Stage.measurement),
 )
+_OF = (Stage.surgery_id == bindparam("surgery_id"), Stage.name == bindparam("name"))
+_IS_MEASURED = exists().where(Measurement.stage_id == Stage.id)
+_TAKES = select(Stage).where(*_OF).order_by(Stage.take.desc()).options(*_WHOLE)
+_LATEST = _TAKES.limit(1)
+_TAKE = select(Stage).where(*_OF, Stage.take == bindparam("take")).options(*_WHOLE)
+_MEASURED = _LATEST.where(_IS_MEASURED)

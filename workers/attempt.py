@@ -15,7 +15,8 @@ from store.leases import Lease
 from store.unavailable import is_unavailable
 from workers.step_clock import StepClock
 
-_MIN_SECONDS_BETWEEN_WRITES = 0.1
+_MIN_SECONDS_BETWEEN_WRITES = 0.5
+"""A job that is done sooner stores no progress."""
 
 
 class LeaseLostError(Exception):
@@ -99,7 +100,7 @@ class Attempt:
     def heartbeat(self) -> None:
         """Extend the lease."""
         self._written = time.monotonic()
-        with self._database.write() as session:
+        with self._database.write(durable=False) as session:
             held = leases.heartbeat(
                 session, self.lease, utc_now() + self._lease_for, self._fraction, self._step
             )

@@ -5,6 +5,8 @@ from __future__ import annotations
 from store.queue import JobQueue
 
 _POLL_SECONDS = 0.01
+_FILE_POLL_SECONDS = 0.005
+"""A file beside the database is asked in microseconds."""
 
 
 class Consumer:
@@ -17,11 +19,12 @@ class Consumer:
     """
 
     def __init__(self, queue: JobQueue) -> None:
+        pause = _FILE_POLL_SECONDS if queue.is_file else _POLL_SECONDS
         self._consumer = queue.huey.create_consumer(
             workers=1,
             periodic=False,
-            initial_delay=_POLL_SECONDS,
-            max_delay=_POLL_SECONDS,
+            initial_delay=pause,
+            max_delay=pause,
             backoff=1.0,
             check_worker_health=False,
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
+from collections.abc import Iterable
 
 from spinewatch.arrays import Pixels
 from spinewatch.imaging.decoding import decode_image
@@ -21,6 +22,24 @@ class DecodedImages:
         self._max_bytes = max_bytes
         self._size = 0
         self._images: OrderedDict[str, Pixels] = OrderedDict()
+
+    def kept(self, sha256: Iterable[str]) -> dict[str, Pixels]:
+        """Return the gray levels of those of some images that are kept, which are then those used last.
+
+        Parameters
+        ----------
+        sha256
+            SHA-256 of each file, hexadecimal.
+
+        Returns
+        -------
+        dict of str to Pixels
+            Gray levels by SHA-256, shape (H, W); they must not be changed.
+        """
+        found = {name: self._images[name] for name in sha256 if name in self._images}
+        for name in found:
+            self._images.move_to_end(name)
+        return found
 
     def decoded(self, sha256: str, content: bytes) -> Pixels:
         """Return the gray levels of an image.

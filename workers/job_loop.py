@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import resource
 import traceback
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from math import ceil
@@ -15,8 +14,9 @@ from typing import Any
 import cv2
 
 from spinewatch.errors import SpinewatchError
+from spinewatch.progress import Progress
 from workers.memory import keep_freed_memory, limit_memory
-from workers.registry import NotReadyError, Registry
+from workers.registry import FilesWantedError, NotReadyError, Registry
 
 _FIRST_VICTIM = "500"
 _NO_MEMORY = -4  # cv2.Error.StsNoMem
@@ -81,6 +81,19 @@ class Waits:
 
 
 @dataclass(frozen=True)
+class WantsFiles:
+    """The work is to be sent again with more files.
+
+    Attributes
+    ----------
+    sha256
+        SHA-256 of each file, hexadecimal.
+    """
+
+    sha256: frozenset[str]
+
+
+@dataclass(frozen=True)
 class OutOfMemory:
     """The process may not have as much memory as the work needs."""
 
@@ -98,7 +111,7 @@ class Broke:
     report: str
 
 
-Answer = Returned | Refused | Waits | OutOfMemory | Broke
+Answer = Returned | Refused | Waits | WantsFiles | OutOfMemory | Broke
 
 
 def run_jobs(connection: Connection, registry: Registry, memory_bytes: int, cpu_seconds: float) -> None:
@@ -132,24 +145,27 @@ def run_jobs(connection: Connection, registry: Registry, memory_bytes: int, cpu_
         except EOFError:
             return
         _limit_cpu(cpu_seconds)
-        answer = _answer(lambda kind=kind, work=work: registry.handler(kind).run(work, progress))  # type: ignore[misc]
+        answer = _answer(registry, kind, work, progress)
         del work
         connection.send(answer)
 
 
-def _answer(run: Callable[[], Any]) -> Answer:
+def _answer(registry: Registry, kind: str, work: Any, progress: Progress) -> Answer:
     try:
-        return Returned(run())
+        handler = registry.handler(kind)
+        return Returned(handler.pack(handler.run(work, progress)))
     except SpinewatchError as error:
         return Refused(error.code, str(error))
     except NotReadyError as error:
         return Waits(error.job_id)
-    except MemoryError:
-        return OutOfMemory()
-    except cv2.error as error:
-        return OutOfMemory() if error.code == _NO_MEMORY else Broke(traceback.format_exc())
-    except Exception:
-        return Broke(traceback.format_exc())
+    except FilesWantedError as error:
+        return WantsFiles(error.sha256)
+    except Exception as error:
+        return OutOfMemory() if _is_out_of_memory(error) else Broke(traceback.format_exc())
+
+
+def _is_out_of_memory(error: Exception) -> bool:
+    return isinstance(error, MemoryError) or (isinstance(error, cv2.error) and error.code == _NO_MEMORY)
 
 
 def _limit_cpu(seconds: float) -> None:

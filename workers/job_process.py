@@ -14,8 +14,8 @@ from settings import Settings
 from spinewatch.errors import SpinewatchError
 from spinewatch.progress import Progress
 from workers.fork_server import Forked, ForkServer, ForkServerEndedError
-from workers.job_loop import Broke, OutOfMemory, Progressed, Refused, Returned, Waits, run_jobs
-from workers.registry import NotReadyError, Registry
+from workers.job_loop import Broke, OutOfMemory, Progressed, Refused, Returned, Waits, WantsFiles, run_jobs
+from workers.registry import FilesWantedError, NotReadyError, Registry
 
 _CHECK_SECONDS = 0.2
 _GRACE_SECONDS = 0.5
@@ -110,6 +110,8 @@ class JobProcess:
             The handler refused the input.
         NotReadyError
             The work waits for another job.
+        FilesWantedError
+            The input lacks files.
         JobBrokeError
             The handler raised another error.
         JobOverdueError
@@ -125,7 +127,7 @@ class JobProcess:
                 return self._run(process, kind, work, progress, check)
             except (EOFError, OSError) as error:
                 raise self._death() from error
-            except (JobRefusedError, NotReadyError):
+            except (JobRefusedError, NotReadyError, FilesWantedError):
                 raise
             except BaseException:
                 self._end()
@@ -159,6 +161,8 @@ class JobProcess:
                     raise JobRefusedError(code, detail)
                 case Waits(job_id):
                     raise NotReadyError(job_id)
+                case WantsFiles(sha256):
+                    raise FilesWantedError(sha256)
                 case OutOfMemory():
                     raise _out_of_memory()
                 case Broke(report):

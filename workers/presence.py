@@ -32,7 +32,7 @@ class Presence:
 
     def report(self) -> None:
         """Report; called from time to time."""
-        with self._database.write() as session:
+        with self._database.write(durable=False) as session:
             processes.report(session, self._id, ProcessKind.WORKER, self._name)
 
     def end(self) -> None:

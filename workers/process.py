@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import socket
@@ -64,6 +65,8 @@ def run(settings: Settings, registry: Registry, beat: Callable[[], None] | None 
     start_periodic("sweep", _SWEEP_SECONDS, stop, Sweep(database, queue, settings.lease_seconds))
     presence = Presence(database, this_process().name)
     start_periodic("presence", REPORT_SECONDS, stop, presence.report)
+    gc.collect()
+    gc.freeze()  # what is loaded stays; a full collection during a job no longer visits it
     _log.info("worker_ready", pid=os.getpid())
     while not stop.wait(_CHECK_SECONDS):
         if beat is not None:

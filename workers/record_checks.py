@@ -21,6 +21,7 @@ from spinewatch.imaging.comparison import (
 from spinewatch.imaging.frame import SIDES, Side
 from store.stage_work import EarlierStage, StageWork
 from workers.decoded_images import DecodedImages
+from workers.registry import FilesWantedError
 
 _IDENTICAL = ImageComparison(exact=True, repeated=True, noise_gray=0.0, displacement_px=0.0)
 _OTHER: Mapping[Side, Side] = {"left": "right", "right": "left"}
@@ -34,6 +35,27 @@ class _Repetition:
     comparison: ImageComparison
 
 
+def require_files(work: StageWork, images: DecodedImages) -> None:
+    """Ask for the images of earlier stages that are to be compared and are not there, unless that was done before.
+
+    Parameters
+    ----------
+    work
+        The stage and the earlier ones.
+    images
+        The images of earlier stages that are kept.
+
+    Raises
+    ------
+    FilesWantedError
+        Some are not.
+    """
+    compared = _compared(work)
+    wanted = compared - images.kept(compared).keys()
+    if wanted and work.files is None:
+        raise FilesWantedError(wanted)
+
+
 def repetition_flags(
     work: StageWork,
     pixels: Mapping[Side, Pixels],
@@ -42,7 +64,7 @@ def repetition_flags(
 ) -> Iterator[Flag]:
     """Yield a flag when an image of an earlier stage was sent again, exactly or all but noise.
 
-    Files are compared with those of all earlier stages, gray levels with those of the stages whose files are loaded.
+    Files are compared with those of all earlier stages, gray levels with those of the stages that are to be compared.
 
     Parameters
     ----------
@@ -60,9 +82,10 @@ def repetition_flags(
     Flag
         ``frame-repeated`` for a side that repeats itself, ``pair-mixed`` for an image that was sent as the other side.
     """
+    shown = _decoded(work, images)
     for side in SIDES:
         images.keep(work.sha256[side], pixels[side])
-    earlier = [(stage, _decoded(stage, images)) for stage in reversed(work.earlier)]
+    earlier = [(stage, _by_side(stage, shown)) for stage in reversed(work.earlier)]
     found = {side: _repetition(side, work.sha256[side], pixels[side], earlier, parameters) for side in SIDES}
     repeated = {side: repetition for side, repetition in found.items() if repetition is not None}
     if repeated:
@@ -148,13 +171,27 @@ def time_flags(work: StageWork, tolerance: timedelta) -> Iterator[Flag]:
         )
 
 
-def _decoded(stage: EarlierStage, images: DecodedImages) -> dict[str, Pixels]:
-    """Return the images of an earlier stage by side, those that were loaded and can be decoded."""
-    found: dict[str, Pixels] = {}
-    for side, content in stage.content.items():
+def _compared(work: StageWork) -> frozenset[str]:
+    """Return the SHA-256 of the images of earlier stages that are to be compared."""
+    return frozenset(
+        sha256 for stage in work.earlier if stage.is_compared for sha256 in stage.sha256.values()
+    )
+
+
+def _decoded(work: StageWork, images: DecodedImages) -> dict[str, Pixels]:
+    """Return the images of earlier stages that are to be compared, are there and can be decoded, by SHA-256."""
+    found = images.kept(_compared(work))  # before others take their place
+    for sha256, content in (work.files or {}).items():
         with suppress(ImageError):  # its own job failed by this name
-            found[side] = images.decoded(stage.sha256[side], content)
+            found[sha256] = images.decoded(sha256, content)
     return found
+
+
+def _by_side(stage: EarlierStage, shown: Mapping[str, Pixels]) -> dict[str, Pixels]:
+    """Return the images of a stage that are compared."""
+    return {
+        side: shown[sha256] for side, sha256 in stage.sha256.items() if stage.is_compared and sha256 in shown
+    }
 
 
 def _repetition(

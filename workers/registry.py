@@ -44,8 +44,25 @@ class NotReadyError(Exception):
         self.job_id = job_id
 
 
+class FilesWantedError(Exception):
+    """The work needs files that its process has not kept from earlier jobs: it is begun again with them.
+
+    Parameters
+    ----------
+    sha256
+        SHA-256 of each file, hexadecimal.
+    """
+
+    def __init__(self, sha256: frozenset[str]) -> None:
+        super().__init__(f"the work needs {len(sha256)} more files")
+        self.sha256 = sha256
+
+
 class Handler(ABC, Generic[Work, Result]):
-    """What is done for the jobs of one ``kind``: load the input, run the work, store the result."""
+    """What is done for the jobs of one ``kind``: load the input, run the work, store the result.
+
+    The input is loaded and the result stored in the worker; the work runs in the process of its jobs.
+    """
 
     kind: ClassVar[str]
 
@@ -65,6 +82,25 @@ class Handler(ABC, Generic[Work, Result]):
         Work
             The input.
         """
+
+    def add_files(self, session: Session, work: Work, wanted: frozenset[str]) -> Work:
+        """Return the input of the work with the files that it wanted; a handler that wants some has its own.
+
+        Parameters
+        ----------
+        session
+            Session that reads.
+        work
+            The input.
+        wanted
+            SHA-256 of each file, hexadecimal.
+
+        Returns
+        -------
+        Work
+            The input, with which the work wants no more.
+        """
+        raise NotImplementedError
 
     @abstractmethod
     def run(self, work: Work, progress: Progress) -> Result:
@@ -88,11 +124,28 @@ class Handler(ABC, Generic[Work, Result]):
             The input cannot be used: the job fails by the error's name. After any other error it is tried again.
         NotReadyError
             The result depends on a job that was submitted before and has not ended.
+        FilesWantedError
+            The input lacks files.
         """
+
+    def pack(self, result: Result) -> Any:
+        """Return the result as ``store`` takes it, in the process of the work.
+
+        Parameters
+        ----------
+        result
+            The result.
+
+        Returns
+        -------
+        object
+            The result itself, unless a handler has a form that travels faster.
+        """
+        return result
 
     @abstractmethod
     def store(
-        self, session: Session, lease: Lease, result: Result, now: datetime, actor: Actor
+        self, session: Session, lease: Lease, result: Any, now: datetime, actor: Actor
     ) -> tuple[str, ...]:
         """Store the result, in the transaction that ends the job and only while its lease is held.
 
@@ -103,7 +156,7 @@ class Handler(ABC, Generic[Work, Result]):
         lease
             The lease, with the subject and the payload.
         result
-            The result.
+            The result, as ``pack`` returned it.
         now
             Time of the result.
         actor

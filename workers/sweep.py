@@ -81,12 +81,12 @@ class Sweep:
 
     def _expire(self, job: Unended) -> bool:
         asked = self._clock()
-        with self._database.write() as session:
+        with self._database.write(durable=False) as session:
             if self._clock() - asked > _LATE_SECONDS:  # heartbeats may have waited for the same database
                 self._since.clear()
                 return False
             return job_sweep.expire(session, job)
 
     def _mark(self, job: Unended) -> bool:
-        with self._database.write() as session:
+        with self._database.write(durable=False) as session:
             return job_sweep.mark_enqueued(session, job, utc_now())

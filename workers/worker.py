@@ -19,7 +19,7 @@ from store.database import Database
 from store.leases import Lease
 from workers.attempt import Attempt, LeaseLostError
 from workers.patience import patiently
-from workers.registry import NotReadyError, Registry
+from workers.registry import FilesWantedError, NotReadyError, Registry
 
 _log = structlog.get_logger("worker")
 
@@ -80,7 +80,8 @@ class Here:
         object
             The result.
         """
-        return self._registry.handler(kind).run(work, progress)
+        handler = self._registry.handler(kind)
+        return handler.pack(handler.run(work, progress))
 
 
 class Worker:
@@ -189,7 +190,10 @@ class Worker:
                 return handler.load(session, lease)
 
         work = patiently(load, self._patience)
-        result = self._runner.run(lease.kind, work, attempt.progress, attempt.check)
+        try:
+            result = self._run(attempt, work)
+        except FilesWantedError as error:
+            result = self._run(attempt, self._with_files(lease.kind, work, error.sha256))
         now = utc_now()
         seconds = attempt.step_seconds()
 
@@ -201,6 +205,18 @@ class Worker:
                 return True, handler.store(session, lease, result, now, self._actor)
 
         return patiently(store, self._patience)
+
+    def _run(self, attempt: Attempt, work: Any) -> Any:
+        return self._runner.run(attempt.lease.kind, work, attempt.progress, attempt.check)
+
+    def _with_files(self, kind: str, work: Any, wanted: frozenset[str]) -> Any:
+        """Return the input of a work with the files that it wanted."""
+
+        def load() -> Any:
+            with self._database.read() as session:
+                return self._registry.handler(kind).add_files(session, work, wanted)
+
+        return patiently(load, self._patience)
 
     def _fail(self, lease: Lease, error: SpinewatchError) -> bool:
         """End a job that can never succeed; return whether the lease was held."""

@@ -15,6 +15,8 @@ from service.problems import InvalidInputError
 from spinewatch.errors import SpinewatchError
 
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff]")
+_SHORT = 16 * 1024
+"""Characters of text that are checked sooner than another thread begins."""
 
 
 class PartError(SpinewatchError):
@@ -28,10 +30,11 @@ async def check_parts(request: Request) -> None:
     route: DeclaredRoute | None = request.scope.get(SCOPE_KEY)
     if route is None:
         return
-    form = await request.form()
-    await run_in_threadpool(
-        _check, route, form.multi_items()
-    )  # megabytes of text would hold all other requests
+    parts = (await request.form()).multi_items()
+    if sum(len(value) for _, value in parts if isinstance(value, str)) > _SHORT:
+        await run_in_threadpool(_check, route, parts)  # megabytes of text would hold all other requests
+    else:
+        _check(route, parts)
 
 
 def _check(route: DeclaredRoute, parts: Sequence[tuple[str, UploadFile | str]]) -> None:

@@ -7,7 +7,8 @@ from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddle
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 _MIN_BYTES = 1024
-_LEVEL = 5
+_LEVEL = 1
+"""A summary is 15% larger than at level 5, which takes more than twice the time."""
 
 
 class Compression:

@@ -216,7 +216,7 @@ def _edited_pairs(
     """Return the pairs that edits of ball centres name; None for one that the stage has not."""
     found: dict[int, EditedPair | None] = {}
     for pair in sorted({edit.pair for edit in edits.centres}):
-        if pair > 1 + len(revised.further_pairs):
+        if pair > revised.pair_count:
             found[pair] = None
             continue
         stored = pair_results.features(session, revised, measured, pair)

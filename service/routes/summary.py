@@ -47,18 +47,18 @@ def summary_json(rows: SummaryRows) -> str:
 
 
 def _stage_json(row: StageRow, has_setup: bool) -> str:
-    stage, measured = row.stage, row.stage.measurement
+    stage = row.stage
     found = SummaryStage(
         name=stage.name,
         take=stage.take,
         calibration_id=stage.calibration_id,
-        state=stage.job.state,
+        state=row.state,
         captured_at=stage.captured_at,
         created_at=stage.created_at,
-        images=image_pair(stage.left, stage.right),
+        images=image_pair(row.left, row.right),
         triads=None,
-        flags=None if measured is None else [Flag(**flag) for flag in measured.result["flags"]],
-        version=None if measured is None else measured.result["version"],
+        flags=None if row.flags is None else [Flag(**flag) for flag in row.flags],
+        version=row.version,
         spine=None,
         spine_reason=_reason(row, has_setup),
     )
@@ -70,7 +70,7 @@ def _stage_json(row: StageRow, has_setup: bool) -> str:
 
 
 def _reason(row: StageRow, has_setup: bool) -> str | None:
-    if row.stage.measurement is None:
+    if row.triads is None:
         return "the stage is not measured"
     if not has_setup:
         return "the surgery has no setup of the spine"

@@ -150,9 +150,10 @@ def compare_images(
 def differ_at_first_look(
     first: Pixels, second: Pixels, parameters: ComparisonParameters | None = None
 ) -> bool:
-    """Return whether the middle row of tiles shows already that one image does not repeat the other.
+    """Return whether a row of tiles shows already that one image does not repeat the other.
 
-    It costs a tenth of `compare_images`, which decides where this does not.
+    The rows are looked at from the middle outwards. Each costs a tenth of `compare_images`, which decides where none
+    does.
 
     Parameters
     ----------
@@ -164,8 +165,8 @@ def differ_at_first_look(
     Returns
     -------
     bool
-        True when the difference is so large beside the texture that far too few tiles count, or when more tiles of the
-        row have moved or changed than may have in a whole repeated image.
+        True when the difference is so large beside the texture of a row that far too few tiles count, or when more
+        tiles of the row have moved or changed than may have in a whole repeated image.
 
     Notes
     -----
@@ -180,8 +181,17 @@ def differ_at_first_look(
     rows, columns = (size // factor // p.tile_px for size in first.shape)
     if rows * columns == 0:
         return False
-    row = slice(rows // 2 * p.tile_px * factor, (rows // 2 + 1) * p.tile_px * factor)
-    a, b = to_gray(_reduced(first[row], factor)), to_gray(_reduced(second[row], factor))
+    height = p.tile_px * factor
+    for row in sorted(range(rows), key=lambda row: abs(row - rows // 2)):
+        shown = slice(row * height, (row + 1) * height)
+        a, b = to_gray(_reduced(first[shown], factor)), to_gray(_reduced(second[shown], factor))
+        if _row_differs(a, b, rows, p):
+            return True
+    return False
+
+
+def _row_differs(a: Single, b: Single, rows: int, p: ComparisonParameters) -> bool:
+    """Return whether one of the rows of tiles shows that two images differ."""
     valid = (a < p.saturated_gray) & (b < p.saturated_gray)
     chosen = valid[:: p.sample_step, :: p.sample_step]
     sampled = (image[:: p.sample_step, :: p.sample_step][chosen] for image in (a, b))
@@ -194,7 +204,7 @@ def differ_at_first_look(
         return True
     sparse = replace(p, min_counted_fraction=p.min_counted_fraction / p.look_margin)
     changed, displacement = _compare_tiles(a, b, valid, noise, sparse)
-    # without texture in the middle row the whole image decides
+    # without texture another row decides, or the whole image
     return len(displacement) > 0 and changed > p.max_changed_fraction * rows
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
-from sqlalchemy import JSON, ForeignKey, LargeBinary, String, func, select
+from sqlalchemy import JSON, ForeignKey, LargeBinary, ScalarSelect, String, func, select
 from sqlalchemy.orm import Mapped, column_property, mapped_column, relationship
 
 from store.tables.base import Base, Document
@@ -23,6 +23,23 @@ class Triad(Base):
     position: Mapped[int] = mapped_column(primary_key=True)
     label: Mapped[str | None] = mapped_column(String(16))
     triad: Mapped[Document]
+
+
+class FeatureList(Base):
+    """The features of one image (``contract.features.Feature``), best score first."""
+
+    __tablename__ = "features"
+
+    stage_id: Mapped[str] = mapped_column(ForeignKey("measurements.stage_id"), primary_key=True)
+    side: Mapped[str] = mapped_column(String(8), primary_key=True)
+    count: Mapped[int]
+    points: Mapped[list[Any]] = mapped_column(JSON, deferred=True)
+
+
+def _feature_count(stage_id: Mapped[str], side: str) -> ScalarSelect[int]:
+    """Return the query for the number of features in one image of a stage."""
+    query = select(FeatureList.count).where(FeatureList.stage_id == stage_id, FeatureList.side == side)
+    return query.correlate_except(FeatureList).scalar_subquery()
 
 
 class Measurement(Base):
@@ -44,6 +61,8 @@ class Measurement(Base):
         .correlate_except(Triad)
         .scalar_subquery()
     )
+    left_count: Mapped[int | None] = column_property(_feature_count(stage_id, "left"))
+    right_count: Mapped[int | None] = column_property(_feature_count(stage_id, "right"))
 
 
 class Burst(Base):
@@ -53,17 +72,6 @@ class Burst(Base):
 
     stage_id: Mapped[str] = mapped_column(ForeignKey("measurements.stage_id"), primary_key=True)
     burst: Mapped[Document]
-
-
-class FeatureList(Base):
-    """The features of one image (``contract.features.Feature``), best score first."""
-
-    __tablename__ = "features"
-
-    stage_id: Mapped[str] = mapped_column(ForeignKey("measurements.stage_id"), primary_key=True)
-    side: Mapped[str] = mapped_column(String(8), primary_key=True)
-    count: Mapped[int]
-    points: Mapped[list[Any]] = mapped_column(JSON, deferred=True)
 
 
 class PairResult(Base):

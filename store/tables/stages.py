@@ -5,8 +5,8 @@ from __future__ import annotations
 from datetime import datetime
 from typing import TYPE_CHECKING
 
-from sqlalchemy import JSON, ForeignKey, Index, String, UniqueConstraint
-from sqlalchemy.orm import Mapped, mapped_column, relationship
+from sqlalchemy import JSON, ForeignKey, Index, String, UniqueConstraint, func, select
+from sqlalchemy.orm import Mapped, column_property, mapped_column, relationship
 
 from store.tables.base import Base, Document
 from store.tables.jobs import STAGE_JOB
@@ -17,6 +17,22 @@ if TYPE_CHECKING:
     from store.tables.jobs import Job
     from store.tables.measurements import Measurement
     from store.tables.surgeries import Surgery
+
+
+class FurtherPair(Base):
+    """A pair of a burst after the first one, which the stage has; ``position`` counts from 1."""
+
+    __tablename__ = "further_pairs"
+
+    stage_id: Mapped[str] = mapped_column(ForeignKey("stages.id"), primary_key=True)
+    position: Mapped[int] = mapped_column(primary_key=True)
+    left_sha256: Mapped[str] = mapped_column(ForeignKey("images.sha256"))
+    right_sha256: Mapped[str] = mapped_column(ForeignKey("images.sha256"))
+    left_exposed_at: Mapped[datetime | None]
+    right_exposed_at: Mapped[datetime | None]
+
+    left: Mapped[Image] = relationship(foreign_keys=[left_sha256], lazy="raise")
+    right: Mapped[Image] = relationship(foreign_keys=[right_sha256], lazy="raise")
 
 
 class Stage(Base):
@@ -64,19 +80,10 @@ class Stage(Base):
     further_pairs: Mapped[list[FurtherPair]] = relationship(
         lazy="raise", order_by="FurtherPair.position", cascade="save-update, merge"
     )
-
-
-class FurtherPair(Base):
-    """A pair of a burst after the first one, which the stage has; ``position`` counts from 1."""
-
-    __tablename__ = "further_pairs"
-
-    stage_id: Mapped[str] = mapped_column(ForeignKey("stages.id"), primary_key=True)
-    position: Mapped[int] = mapped_column(primary_key=True)
-    left_sha256: Mapped[str] = mapped_column(ForeignKey("images.sha256"))
-    right_sha256: Mapped[str] = mapped_column(ForeignKey("images.sha256"))
-    left_exposed_at: Mapped[datetime | None]
-    right_exposed_at: Mapped[datetime | None]
-
-    left: Mapped[Image] = relationship(foreign_keys=[left_sha256], lazy="raise")
-    right: Mapped[Image] = relationship(foreign_keys=[right_sha256], lazy="raise")
+    pair_count: Mapped[int] = column_property(
+        select(func.count() + 1)
+        .select_from(FurtherPair)
+        .where(FurtherPair.stage_id == id)
+        .correlate_except(FurtherPair)
+        .scalar_subquery()
+    )

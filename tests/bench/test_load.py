@@ -103,6 +103,10 @@ def test_memory_is_read_while_carts_send(service: LoadService) -> None:
     assert set(found.growth) == set(Role)
 
 
+def test_counts_of_several_records_are_added() -> None:
+    assert Ledger.total([WHOLE, Ledger(4, 1, 2)]) == Ledger(10, 1, 2)
+
+
 def test_bars_hold_at_the_promise_and_not_beyond() -> None:
     assert missed(Latency([110.0] * 2, [40.0] * 2, long_poll=True).bars) == []
     assert len(missed(Latency([111.0] * 2, [40.0] * 2, long_poll=True).bars)) == 1

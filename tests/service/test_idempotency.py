@@ -28,7 +28,7 @@ def database(tmp_path: Path) -> Iterator[Database]:
 
 
 def change(database: Database, use: KeyUse | None) -> Response:
-    once = Once(database, use)
+    once = Once(database, None if use is None else lambda: use)
     with once.write() as session:
         surgeries.add(session, NEW, NOON, CLIENT)
         return once.answer(DOCUMENT, 201, Location="/v1/x", Retry_After=None)
@@ -54,7 +54,7 @@ def test_a_repeated_request_names_its_job_until_that_has_ended(database: Databas
     job = new_stage(database, new_surgery(database)).job.id
 
     def submit() -> Response:
-        once = Once(database, USE)
+        once = Once(database, lambda: USE)
         with once.write():
             return once.answer(DOCUMENT, 202, Location=f"/v1/jobs/{job}")
 
@@ -84,7 +84,7 @@ def test_another_request_with_the_key_changes_nothing(database: Database) -> Non
 
 def test_a_change_that_fails_leaves_the_key_free(database: Database) -> None:
     def fail() -> None:
-        once = Once(database, USE)
+        once = Once(database, lambda: USE)
         with once.write() as session:
             surgeries.add(session, NEW, NOON, CLIENT)
             once.answer(DOCUMENT, 201)
@@ -98,4 +98,4 @@ def test_a_change_that_fails_leaves_the_key_free(database: Database) -> None:
 
 def test_an_answer_belongs_to_what_is_written(database: Database) -> None:
     with pytest.raises(RuntimeError, match="within the session"):
-        Once(database, USE).answer(DOCUMENT, 201)
+        Once(database, lambda: USE).answer(DOCUMENT, 201)

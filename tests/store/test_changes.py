@@ -61,6 +61,24 @@ def test_a_glance_has_the_jobs_that_have_ended(database: Database) -> None:
         assert changes.glance(session, []) == changes.Glance(seen.last, frozenset())
 
 
+def test_what_happens_to_keys_and_sessions_is_known_to_have_happened(database: Database) -> None:
+    def since(number: int) -> bool:
+        with database.read() as session:
+            return changes.of_access(session, number)
+
+    with database.write() as session:
+        key, _ = keys.add(session, NewKey(name="cart", scopes=[Scope.CAPTURE_WRITE]), NOON, CLIENT)
+    assert since(0)
+    new_stage(database, new_surgery(database))
+    with database.read() as session:
+        last = changes.last_number(session)
+    assert since(0)
+    assert not since(1)
+    with database.write() as session:
+        keys.revoke(session, key.prefix, NOON, CLIENT)
+    assert since(last)
+
+
 def test_of_a_deleted_surgery_only_its_deletion_is_told(database: Database) -> None:
     kept, deleted = new_surgery(database), new_surgery(database)
     new_stage(database, deleted)

@@ -26,6 +26,24 @@ def test_sqlite_is_set_up_to_keep_what_is_committed(database: Database) -> None:
     assert found == ["wal", 1, 2, 10_000]
 
 
+@about_the_sqlite_file
+def test_only_what_need_not_be_durable_is_committed_without_waiting_for_the_disk(database: Database) -> None:
+    def level(*, durable: bool) -> int:
+        with database.write(durable=durable) as session:
+            return int(session.execute(text("PRAGMA synchronous")).scalar_one())
+
+    assert [level(durable=durable) for durable in (True, False, False, True)] == [2, 1, 1, 2]
+
+
+def test_what_need_not_be_durable_is_seen_by_others_at_once(database: Database) -> None:
+    with database.write(durable=False) as session:
+        append(session)
+    other = Database(database.url)
+    with other.read() as session:
+        assert len(session.scalars(select(Event)).all()) == 1
+    other.close()
+
+
 def test_foreign_keys_hold(database: Database) -> None:
     with pytest.raises(IntegrityError), database.write() as session:
         session.add(Measurement(stage_id="none", result={}, created_at=NOON))

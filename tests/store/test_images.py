@@ -18,6 +18,17 @@ def test_the_same_image_is_one_row(database: Database) -> None:
         assert session.scalar(select(func.count()).select_from(Image)) == 3
 
 
+def test_images_that_come_together_keep_their_order(database: Database) -> None:
+    with database.write() as session:
+        known = images.add(session, image(b"2"), NOON)
+    with database.write() as session:
+        rows = images.add_all(session, [image(b"3"), image(b"2"), image(b"1"), image(b"3")], NOON)
+    assert [row.sha256 for row in rows] == [image(content).sha256 for content in (b"3", b"2", b"1", b"3")]
+    assert rows[1].sha256 == known.sha256
+    with database.read() as session:
+        assert session.scalar(select(func.count()).select_from(Image)) == 3
+
+
 def test_the_bytes_come_back(database: Database) -> None:
     with database.write() as session:
         row = images.add(session, image(b"content"), NOON)

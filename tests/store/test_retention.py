@@ -48,7 +48,7 @@ def whole_surgery(database: Database, left: bytes = b"left", right: bytes = b"ri
     stage = new_stage(database, surgery, pair=(left, right))
     succeed(database, claimed(database, stage.job.id))
     with database.write() as session:
-        pair_results.add(session, stage.id, [PairResult()])
+        pair_results.add(session, stage.id, [pair_results.packed(PairResult())])
         spine_setups.put(session, surgery, spine_setup(), NOON, CLIENT)
         spines.submit(session, surgery, NOON)
         radiographs.add(session, surgery, RADIOGRAPH, NOON, CLIENT)

@@ -1,5 +1,6 @@
 import pytest
 from sqlalchemy import select
+from sqlalchemy.orm import Session
 
 from contract.job import JobState
 from contract.revision import LabelEdit, Remeasurement, TriadEdits
@@ -10,6 +11,7 @@ from store.measurements import MeasuredStage
 from store.page import PageRequest
 from store.stage_submission import NewPair, NewStage
 from store.tables.events import Event
+from store.tables.stages import FurtherPair
 from tests.store.builders import (
     CLIENT,
     NOON,
@@ -25,6 +27,7 @@ from tests.store.builders import (
     succeed,
     triad,
 )
+from tests.store.query_plans import read_first
 
 
 @pytest.mark.parametrize("state", [JobState.FAILED, JobState.CANCELLED])
@@ -67,10 +70,13 @@ def test_a_burst_is_stored_in_order(database: Database) -> None:
     with database.read() as session:
         work = stage_work.work(session, stage.id)
         shown = stages.get(session, surgery, "PRE")
+        stored = select(FurtherPair).where(FurtherPair.stage_id == shown.id).order_by(FurtherPair.position)
+        times = [pair.left_exposed_at for pair in session.scalars(stored)]
     assert [(pair.left, pair.right) for pair in work.pairs] == [(b"l", b"r"), (b"l2", b"r2"), (b"l1", b"r1")]
     assert work.pairs[0].right_exposed_at == at(0.5)
     assert work.captured_at == at(0)
-    assert [pair.left_exposed_at for pair in shown.further_pairs] == [at(2), at(1)]
+    assert times == [at(2), at(1)]
+    assert stage.pair_count == shown.pair_count == 3
 
 
 def test_a_measured_stage_is_taken_again_on_request_only(database: Database) -> None:
@@ -85,6 +91,19 @@ def test_a_measured_stage_is_taken_again_on_request_only(database: Database) -> 
         assert stages.get(session, surgery, "PRE", 1).id == first.id
         with pytest.raises(NotFoundError, match="take"):
             stages.get(session, surgery, "PRE", 3)
+
+
+def test_the_look_for_a_stage_of_the_name_begins_with_the_stage(database: Database) -> None:
+    surgery = new_surgery(database)
+    taken = new_stage(database, surgery)
+
+    def look(session: Session) -> None:
+        calibration = calibrations.get(session, taken.calibration_id)
+        new = NewStage("PRE", image(b"l"), image(b"r"), None)
+        stage_submission.find_same(session, surgeries.get(session, surgery), calibration, new)
+
+    steps = read_first(database, look)
+    assert [step for step in steps if not step.startswith("SEARCH") or step.split()[1] == "jobs"] == []
 
 
 def test_the_same_pair_is_known_by_its_images_and_its_calibration(database: Database) -> None:

@@ -1,8 +1,11 @@
+from sqlalchemy import text
+
 from contract.job import JobState
 from contract.revision import Remeasurement
 from store import stage_submission, stage_work
 from store.database import Database
 from store.tables.stages import Stage
+from tests.store.at_rest import without_triggers
 from tests.store.builders import (
     CLIENT,
     NOON,
@@ -41,10 +44,25 @@ def test_work_has_the_stages_submitted_before_whatever_became_of_them(database: 
         work = stage_work.work(session, stage.id, 1)
     assert [earlier.name for earlier in work.earlier] == ["EARLY", "LATE"]
     assert [earlier.captured_at for earlier in work.earlier] == [at(-60), None]
-    assert [dict(earlier.content) for earlier in work.earlier] == [{}, {"left": b"left", "right": b"right"}]
+    assert [earlier.is_compared for earlier in work.earlier] == [False, True]
     assert work.earlier[1].sha256 == work.sha256
     assert (work.captured_at, work.calibrated_at) == (at(-5), None)
     assert work.calibration_created_at == NOON
+
+
+def test_wanted_files_are_added_and_damaged_ones_are_not(database: Database) -> None:
+    stage = new_stage(database, new_surgery(database))
+    with database.read() as session:
+        work = stage_work.work(session, stage.id)
+    assert work.files is None
+    with without_triggers(database.url, "images") as session:
+        session.execute(
+            text("UPDATE images SET content = :content WHERE sha256 = :sha256"),
+            {"content": b"damaged", "sha256": stage.right_sha256},
+        )
+    with database.read() as session:
+        found = stage_work.with_files(session, work, {stage.left_sha256, stage.right_sha256})
+    assert found.files == {stage.left_sha256: b"left"}
 
 
 def decided(database: Database, stage: Stage) -> tuple[str | None, str | None]:

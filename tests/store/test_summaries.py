@@ -22,6 +22,7 @@ from tests.store.builders import (
     succeed,
     triad,
 )
+from tests.store.query_plans import read_first
 
 
 def with_stages(database: Database, *names: str) -> str:
@@ -83,6 +84,13 @@ def test_the_number_of_queries_does_not_depend_on_the_number_of_stages(database:
         event.remove(database.engine, "before_cursor_execute", listener)
         counts.append(len([statement for statement in statements if statement.startswith("SELECT")]))
     assert counts[0] == counts[1] <= 8
+
+
+def test_no_query_begins_with_more_than_the_surgery(database: Database) -> None:
+    surgery = with_stages(database, "A", "B")
+    steps = read_first(database, lambda session: summaries.get(session, surgery))
+    assert [step for step in steps if not step.startswith("SEARCH")] == []
+    assert [step for step in steps if step.split()[1] in {"jobs", "images_1", "measurements"}] == []
 
 
 def test_a_surgery_that_there_is_not(database: Database) -> None:

@@ -25,7 +25,7 @@ def attempt(database: Database) -> Attempt:
 
 def test_progress_stores_the_step_and_extends_the_lease(database: Database, attempt: Attempt) -> None:
     before = utc_now()
-    time.sleep(0.1)  # the claim was written just before
+    time.sleep(0.5)  # the claim was written just before
     attempt.progress("detect left", 0.25)
     with database.read() as session:
         job = jobs.get(session, attempt.lease.job_id)
@@ -51,7 +51,7 @@ def test_the_work_goes_on_while_another_program_holds_the_database(
     same = Attempt(impatient, attempt.lease, LEASE)
     with closing(sqlite3.connect(tmp_path / "database.sqlite", isolation_level=None)) as other:
         other.execute("BEGIN IMMEDIATE")
-        time.sleep(0.1)
+        time.sleep(0.5)
         same.progress("detect", 0.25)
         with pytest.raises(OperationalError):
             same.heartbeat()

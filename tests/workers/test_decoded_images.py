@@ -19,6 +19,14 @@ def test_an_image_is_decoded_once() -> None:
     assert images.decoded("left", b"") is first
 
 
+def test_what_is_kept_is_known() -> None:
+    images = DecodedImages(2 * SIZE)
+    left = images.decoded("left", LEFT)
+    found = images.kept(["left", "right"])
+    assert list(found) == ["left"]
+    assert found["left"] is left
+
+
 def test_the_image_used_longest_ago_is_given_up() -> None:
     images = DecodedImages(2 * SIZE)
     left = images.decoded("left", LEFT)

@@ -9,8 +9,8 @@ import pytest
 
 from tests.paths import PROJECT
 from tests.workers.echo import EchoHandler
-from workers.job_loop import Broke, OutOfMemory, Progressed, Refused, Returned, Waits
-from workers.registry import NotReadyError
+from workers.job_loop import Broke, OutOfMemory, Progressed, Refused, Returned, Waits, WantsFiles
+from workers.registry import FilesWantedError, NotReadyError
 
 PROGRAM = """
 import sys
@@ -41,9 +41,14 @@ class Eager(EchoHandler):
                 bytearray(8 << 30)
             case "wait":
                 raise NotReadyError("other")
+            case "file":
+                raise FilesWantedError(frozenset({"a1"}))
             case "break":
                 raise ZeroDivisionError("a defect")
         return super().run(work, progress)
+
+    def pack(self, result: str) -> str:
+        return f"packed {result}"
 
 
 def answers(*words: str) -> list[str]:
@@ -61,15 +66,16 @@ def answers(*words: str) -> list[str]:
 
 
 def test_each_job_has_an_answer_and_the_next_one_follows() -> None:
-    assert answers("a", "nothing", "wait", "much", "b") == [
+    assert answers("a", "nothing", "wait", "file", "much", "b") == [
         repr(Progressed("repeat", 0.5)),
-        repr(Returned("a a")),
+        repr(Returned("packed a a")),
         repr(Progressed("repeat", 0.5)),
         repr(Refused("invalid-parameter", "there is no word to repeat; give one")),
         repr(Waits("other")),
+        repr(WantsFiles(frozenset({"a1"}))),
         repr(OutOfMemory()),
         repr(Progressed("repeat", 0.5)),
-        repr(Returned("b b")),
+        repr(Returned("packed b b")),
     ]
 
 
@@ -81,7 +87,15 @@ def test_a_defect_is_reported_with_its_traceback() -> None:
 
 
 @pytest.mark.parametrize(
-    "message", [Progressed("s", 0.5), Returned([1]), Refused("c", "d"), Waits("j"), OutOfMemory()]
+    "message",
+    [
+        Progressed("s", 0.5),
+        Returned([1]),
+        Refused("c", "d"),
+        Waits("j"),
+        WantsFiles(frozenset({"a1"})),
+        OutOfMemory(),
+    ],
 )
 def test_messages_travel_unchanged(message: object) -> None:
     ours, theirs = Pipe()

@@ -14,7 +14,9 @@ from settings import Settings
 from tests.workers.echo import EchoHandler
 from workers.attempt import LeaseLostError
 from workers.job_process import JobProcess
-from workers.registry import Registry
+from workers.registry import FilesWantedError, Registry
+def wants():
+    raise FilesWantedError(frozenset({"a1"}))
 class Handler(EchoHandler):
     def run(self, work, progress):
         progress("run", 0.25)
@@ -58,9 +60,10 @@ def test_a_refusal_keeps_the_process_and_a_defect_does_not() -> None:
         """
 before = run("os.getpid()")
 print(run("nothing"), run("os.getpid()") == before)
+print(run("wants()"), run("os.getpid()") == before)
 print(run("1 / 0"), run("os.getpid()") == before)
 """
-    ) == ["JobRefusedError invalid-parameter True", "JobBrokeError False"]
+    ) == ["JobRefusedError invalid-parameter True", "FilesWantedError True", "JobBrokeError False"]
 
 
 def test_a_process_that_ends_is_replaced() -> None:

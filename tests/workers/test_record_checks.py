@@ -16,13 +16,16 @@ from spinewatch.imaging.frame import Side
 from store.stage_work import EarlierStage, StageWork
 from tests.store.builders import sample_pair
 from workers.decoded_images import DecodedImages
-from workers.record_checks import burst_repetition_flags, repetition_flags, time_flags
+from workers.record_checks import burst_repetition_flags, repetition_flags, require_files, time_flags
+from workers.registry import FilesWantedError
 
 NOON = datetime(2026, 11, 21, 12, tzinfo=UTC)
 HOUR = timedelta(hours=1)
 TOLERANCE = timedelta(minutes=5)
 
 Files = tuple[bytes, bytes]
+LOADED: dict[str, bytes] = {}
+"""Files of earlier stages by their SHA-256."""
 
 
 def by_side(files: Files) -> dict[str, bytes]:
@@ -36,7 +39,9 @@ def hashes(files: Files) -> dict[str, str]:
 def earlier(
     name: str, files: Files = (b"l", b"r"), captured_at: datetime | None = None, loaded: bool = True
 ) -> EarlierStage:
-    return EarlierStage(name, captured_at, hashes(files), by_side(files) if loaded else {})
+    if loaded:
+        LOADED.update(zip(hashes(files).values(), files, strict=True))
+    return EarlierStage(name, captured_at, hashes(files), is_compared=loaded)
 
 
 def work(
@@ -58,6 +63,7 @@ def work(
         vertebrae=("L1",),
         extra_levels=(),
         spine_axis="x",
+        files=LOADED,
     )
 
 
@@ -123,6 +129,35 @@ def test_an_image_of_the_other_side_in_another_file_is_mixed() -> None:
 
 def test_an_earlier_stage_that_cannot_be_decoded_is_not_compared() -> None:
     assert repeated(PRE, earlier("BROKEN", (b"no", b"image"))) == {}
+
+
+def test_images_that_are_to_be_compared_are_asked_for_once() -> None:
+    images = DecodedImages(1 << 20)
+    images.decoded(hashes(PRE)["left"], PRE[0])
+    before = [earlier("PRE", PRE), earlier("OTHER", (b"x", b"y"), loaded=False)]
+    asking = replace(work(INTER, before), files=None)
+    with pytest.raises(FilesWantedError) as wanted:
+        require_files(asking, images)
+    assert wanted.value.sha256 == {hashes(PRE)["right"]}
+    require_files(
+        replace(asking, files={}), images
+    )  # a damaged file is not there, however often it is asked for
+    images.decoded(hashes(PRE)["right"], PRE[1])
+    require_files(asking, images)
+
+
+def test_an_image_whose_place_others_take_is_compared_all_the_same() -> None:
+    images = DecodedImages(decode_image(PRE[0]).nbytes)  # of one image
+    images.decoded(hashes(PRE)["left"], PRE[0])
+    files = other_files(PRE, 1.0)
+    asking = replace(work(files, [earlier("PRE", PRE)]), files=None)
+    with pytest.raises(FilesWantedError) as wanted:
+        require_files(asking, images)
+    answered = replace(asking, files={sha256: LOADED[sha256] for sha256 in wanted.value.sha256})
+    pixels: dict[Side, Pixels] = {"left": decode_image(files[0]), "right": decode_image(files[1])}
+    (flag,) = repetition_flags(answered, pixels, images)
+    assert "the left image is that of stage PRE" in flag.detail
+    assert "the right image is that of stage PRE" in flag.detail
 
 
 def flagged(given: StageWork) -> list[str]:

@@ -148,9 +148,9 @@ def test_time_in_which_nobody_could_write_does_not_count(
     claimed(database, job)
 
     class Slow(Database):
-        def write(self, *, patient: bool = False):  # type: ignore[no-untyped-def]
+        def write(self, **options: bool):  # type: ignore[no-untyped-def]
             clock.seconds += 8  # another process held the database
-            return super().write(patient=patient)
+            return super().write(**options)
 
     slow = Slow(database.url)
     sweep = Sweep(slow, queue, LEASE_SECONDS, clock)

@@ -16,7 +16,7 @@ from store.tables.jobs import Job
 from tests.backends import fault
 from tests.store.builders import CLIENT, WORKER
 from tests.workers.echo import EchoHandler
-from workers.registry import NotReadyError, Registry
+from workers.registry import FilesWantedError, NotReadyError, Registry
 from workers.worker import Worker
 
 HOUR = timedelta(hours=1)
@@ -121,6 +121,29 @@ class Following(EchoHandler):
 def test_the_jobs_that_a_result_adds_are_returned_after_the_commit(database: Database, job: str) -> None:
     (next_job,) = worker(database, Following()).handle(job)
     assert show(database, next_job).state is JobState.QUEUED
+
+
+class Asking(EchoHandler):
+    """A handler whose work wants a file."""
+
+    def add_files(self, session: Any, work: str, wanted: frozenset[str]) -> str:
+        return f"{work} {sorted(wanted)}"
+
+    def run(self, work: str, progress: Any) -> str:
+        if work == "hello":
+            raise FilesWantedError(frozenset({"a1"}))
+        return super().run(work, progress)
+
+    def pack(self, result: str) -> str:
+        return f"packed {result}"
+
+
+def test_work_that_wants_files_is_begun_again_with_them(database: Database, job: str) -> None:
+    worker(database, Asking()).handle(job)
+    assert (show(database, job).state, show(database, job).attempts) == (JobState.SUCCEEDED, 1)
+    with database.read() as session:
+        stored = select(Event.action).where(Event.action.startswith("echo:"))
+        assert session.scalars(stored).all() == ["echo:packed hello ['a1'] hello ['a1']"]
 
 
 class Waiting(EchoHandler):

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ThreadPoolExecutor, wait
+from contextlib import contextmanager
 from dataclasses import asdict, replace
 from datetime import datetime, timedelta
 from functools import lru_cache
 from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Any, Literal, TypeVar, cast
 
 from sqlalchemy.orm import Session
 
@@ -31,6 +33,7 @@ from spinewatch.imaging.comparison import ComparisonParameters
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import Frame, Side
 from spinewatch.markers import FLAT_10_14_18
+from spinewatch.parallel import both
 from spinewatch.pipeline import Parameters, StageMeasurer, StageRequest
 from spinewatch.progress import Progress, part
 from spinewatch.rig_files.rig_json import parse_rig
@@ -39,11 +42,12 @@ from spinewatch.tracking.synchronization import SynchronizationParameters, delay
 from store import measurements, relabelling, spines, stage_work
 from store.leases import Lease
 from store.measurements import MeasuredStage
+from store.packed_stage import PackedStage
 from store.stage_work import PairWork, StageWork
 from store.tables.jobs import STAGE_JOB
 from workers.decoded_images import DecodedImages
 from workers.pair_results import pair_results
-from workers.record_checks import burst_repetition_flags, repetition_flags, time_flags
+from workers.record_checks import burst_repetition_flags, repetition_flags, require_files, time_flags
 from workers.registry import Handler
 from workers.stage_burst import burst_result, view_delay_s
 from workers.stage_centres import EditedTake
@@ -51,6 +55,8 @@ from workers.stage_decisions import decide, decided
 from workers.stage_edits import edited
 from workers.stage_labels import label_pairs
 from workers.stage_revision import chosen_templates, parameters_of, revised_parameters, with_changes
+
+Answer = TypeVar("Answer")
 
 _VERSION = version("spinewatch")
 _DAY = timedelta(days=1)
@@ -91,7 +97,8 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
         self._comparison = ComparisonParameters()
         self._synchronization = SynchronizationParameters()
         self._decoded = DecodedImages(_KEPT_BYTES)
-        pool = ThreadPoolExecutor(max_workers=1)
+        self._pool = pool = ThreadPoolExecutor(max_workers=1)
+        self._checks = ThreadPoolExecutor(max_workers=1)
 
         @lru_cache(maxsize=_MAX_RIGS)
         def measurer(rig_json: str, changes_json: str = "{}", version: str | None = None) -> StageMeasurer:
@@ -121,6 +128,25 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
         """
         return stage_work.work(session, lease.subject_id, _COMPARED_STAGES)
 
+    def add_files(self, session: Session, work: StageWork, wanted: frozenset[str]) -> StageWork:
+        """Return the input with images of earlier stages.
+
+        Parameters
+        ----------
+        session
+            Session that reads.
+        work
+            The input.
+        wanted
+            SHA-256 of each image, hexadecimal.
+
+        Returns
+        -------
+        StageWork
+            The input with those that are not damaged.
+        """
+        return stage_work.with_files(session, work, wanted)
+
     def run(self, work: StageWork, progress: Progress) -> MeasuredStage:
         """Return what is measured in the stereo pair, or in the pairs of a burst; or the edited result of a revision.
 
@@ -143,6 +169,8 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
             The images cannot be measured.
         NotReadyError
             Labels depend on an earlier stage whose job has not ended.
+        FilesWantedError
+            Images of earlier stages are to be compared that this process has not kept.
         """
         revision = work.revision
         if revision is None or isinstance(revision.changes, Remeasurement):
@@ -162,21 +190,30 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
         request = StageRequest(
             labels=work.vertebrae, spine_axis=axis, models=models, extra_levels=work.extra_levels
         )
+        require_files(work, self._decoded)
         measurer = self._measurer_for(work)
         pairs, measured = work.pairs, []
         progress("decode", 0.0)
-        first = _frames(pairs[0])
+        first = self._frames(pairs[0])
+        pixels = {frame.side: frame.pixels for frame in first}
         digests = []
-        for index, pair in enumerate(pairs):
-            frames = first if index == 0 else _frames(pair)
-            step = _of_pair(progress, index, len(pairs))
-            if len(pairs) > 1:
-                digests.append(_digests(frames))
-            measured.append(
-                measurer.measure(*frames, request, step, explained=True)
-                if take is None
-                else take.measure(measurer, index + 1, frames, request, step)
-            )
+
+        def compare() -> list[spinewatch.flags.Flag]:
+            return [*repetition_flags(work, pixels, self._decoded, self._comparison)]
+
+        # large images need the memory of both for themselves
+        beside = (1 + _COMPARED_STAGES) * sum(image.nbytes for image in pixels.values()) <= _KEPT_BYTES
+        with _meanwhile(self._checks if beside else None, compare) as repetitions:
+            for index, pair in enumerate(pairs):
+                frames = first if index == 0 else self._frames(pair)
+                step = _of_pair(progress, index, len(pairs))
+                if len(pairs) > 1:
+                    digests.append(_digests(frames))
+                measured.append(
+                    measurer.measure(*frames, request, step, explained=True)
+                    if take is None
+                    else take.measure(measurer, index + 1, frames, request, step)
+                )
         labelled = label_pairs(measured, request, work)
         if take is not None:
             labelled = [
@@ -190,10 +227,9 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
             result = StageResult.of(labelled[0].measurement, *made).model_copy(
                 update={"view_delay_s": view_delay_s(pairs[0]), "labelled_by": labelled[0].labelled_by}
             )
-        pixels = {frame.side: frame.pixels for frame in first}
         record = [
             *time_flags(work, self._clock_tolerance),
-            *repetition_flags(work, pixels, self._decoded, self._comparison),
+            *repetitions(),
             *burst_repetition_flags(digests),
             *self._delay_flags(work, measurer.rig),
         ]
@@ -201,8 +237,23 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
         result = result.model_copy(update={"flags": flags})
         return MeasuredStage(result, pair_results([one.measurement for one in labelled], result))
 
+    def pack(self, result: MeasuredStage) -> PackedStage:
+        """Return the rows of a measured stage.
+
+        Parameters
+        ----------
+        result
+            What was measured.
+
+        Returns
+        -------
+        PackedStage
+            The rows.
+        """
+        return result.packed()
+
     def store(
-        self, session: Session, lease: Lease, result: MeasuredStage, now: datetime, actor: Actor
+        self, session: Session, lease: Lease, result: PackedStage, now: datetime, actor: Actor
     ) -> tuple[str, ...]:
         """Add the measurement of the stage.
 
@@ -213,7 +264,7 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
         lease
             The lease on the stage.
         result
-            What was measured.
+            The rows of what was measured.
         now
             Time of the result.
         actor
@@ -244,6 +295,11 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
             wanted, templates = parameters_of(revised), revised.templates
         return self._measurer(rig_json, json.dumps(wanted, sort_keys=True), templates)
 
+    def _frames(self, pair: PairWork) -> tuple[Frame, Frame]:
+        """Return both images of a pair."""
+        left, right = both(decode_image, pair.left, pair.right, self._pool)
+        return Frame(left, "left"), Frame(right, "right")
+
     def _settings(self) -> dict[str, Any]:
         return {
             "calibration_max_age_days": self._max_age_days,
@@ -266,9 +322,17 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
         return Flag.of([spinewatch.flags.Flag("calibration-old", detail)])
 
 
-def _frames(pair: PairWork) -> tuple[Frame, Frame]:
-    """Return both images of a pair."""
-    return Frame(decode_image(pair.left), "left"), Frame(decode_image(pair.right), "right")
+@contextmanager
+def _meanwhile(pool: Executor | None, action: Callable[[], Answer]) -> Iterator[Callable[[], Answer]]:
+    """Run an action in another thread within the context, which waits for its end; without a pool when it is called."""
+    if pool is None:
+        yield action
+        return
+    running = pool.submit(action)
+    try:
+        yield running.result
+    finally:
+        wait([running])
 
 
 def _digests(frames: tuple[Frame, Frame]) -> dict[Side, str]:
