@@ -15,7 +15,7 @@ from store.leases import Lease
 from store.unavailable import is_unavailable
 from workers.step_clock import StepClock
 
-_MIN_SECONDS_BETWEEN_WRITES = 0.2
+_MIN_SECONDS_BETWEEN_WRITES = 0.1
 """A job that is done sooner stores no progress."""
 
 

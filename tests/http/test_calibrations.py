@@ -52,7 +52,9 @@ def test_the_job_tells_how_far_it_is_and_then_the_calibration(service: Service) 
         seen.append((job["progress"], job["step"]))
     assert [fraction for fraction, _ in seen] == sorted(fraction for fraction, _ in seen)
     steps = {step for _, step in seen}
-    assert steps & {*(f"find targets of shot {n} of 3" for n in (1, 2, 3)), "adjust", "assess"}, steps
+    assert steps & {*(f"find targets of shot {n} of 3" for n in (1, 2, 3)), "decode", "adjust", "assess"}, (
+        steps
+    )
     assert job["calibration_id"] is not None
     assert service.client.get(f"/v1/calibrations/{job['calibration_id']}").status_code == 200
 
