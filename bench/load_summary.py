@@ -188,7 +188,7 @@ def _copy(database: Database, pattern: _Pattern) -> str:
             now = utc_now()  # stages of a surgery are sorted by time
             stage = stage_submission.submit(session, surgery, calibration, new, now, _ACTOR)
             session.flush()
-            measurements.add(session, stage.id, measurements.MeasuredStage(result), now, _ACTOR)
+            measurements.add(session, stage.id, measurements.MeasuredStage(result).packed(), now, _ACTOR)
         spine_setups.put(session, surgery.id, SpineSetup.model_validate(spine_document()), utc_now(), _ACTOR)
         session.flush()
         plans = spines.plans(session, surgery, spine_setups.get(session, surgery.id))

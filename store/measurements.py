@@ -49,9 +49,7 @@ class MeasuredStage:
         return pack(self.result, self.pairs)
 
 
-def add(
-    session: Session, stage_id: str, measured: MeasuredStage | PackedStage, now: datetime, actor: Actor
-) -> None:
+def add(session: Session, stage_id: str, rows: PackedStage, now: datetime, actor: Actor) -> None:
     """Add the result of a stage.
 
     Parameters
@@ -60,14 +58,13 @@ def add(
         Session that writes.
     stage_id
         Identifier of the stage.
-    measured
-        What was measured, or its rows.
+    rows
+        What is stored of it.
     now
         Time of the result.
     actor
         The worker.
     """
-    rows = measured.packed() if isinstance(measured, MeasuredStage) else measured
     session.execute(insert(Measurement), {"stage_id": stage_id, "result": rows.result, "created_at": now})
     features = [{"side": side, "count": count, "points": points} for side, count, points in rows.features]
     triads = [

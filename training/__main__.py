@@ -2,7 +2,7 @@
 
 For each size of balls two refinement networks are fitted, one to all examples and one to those with a usual look, of
 glossy balls in clean and sharp images; their mean is more accurate than either in both. With the default options it
-takes less than two hours on two quiet cores, and the same seed gives the same networks except for rounding, which
+takes one to two hours on two cores, and the same seed gives the same networks except for rounding, which
 depends on the machine. docs/detection.md says what the networks that ship were fitted to. Needs PyTorch.
 """
 
@@ -35,8 +35,6 @@ LARGE = (
 )
 """The proposal network; the refinement network for balls of usual size, with the examples that train both of them; and
 the refinement network for large images, which keeps their detail."""
-
-
 UNUSUAL = tuple(family for family in FAMILIES if family != "glossy")
 """Families of looks that the networks for usual looks are not trained on."""
 

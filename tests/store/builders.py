@@ -139,7 +139,7 @@ def succeed(
             measured = (
                 result if isinstance(result, MeasuredStage) else MeasuredStage(result or stage_result())
             )
-            measurements.add(session, lease.subject_id, measured, at(second), WORKER)
+            measurements.add(session, lease.subject_id, measured.packed(), at(second), WORKER)
     return held
 
 

@@ -1,10 +1,10 @@
 """Sub-pixel centres of balls with covariance, in two steps: `propose` per view, then `refine` for both views.
 
-The proposal network, a small one, ranks all candidates of a view. The refinement network, a larger one, runs three
-times. First on a few of the best proposals, for what the balls of a view share but the rig does not determine: their
-size, because the wound may be nearer or farther than where the optical axes meet, and the direction of the lamp. Then
-on the best proposals with both known. Last on the best of these rotated by 180 degrees: the errors of a network in
-the two orientations are only partly correlated, so that their mean is more accurate.
+The proposal network, a small one, ranks all candidates of a view. Larger networks refine them; the mean of their
+estimates counts. They run three times. First on a few of the best proposals, for what the balls of a view share but the
+rig does not determine: their size, because the wound may be nearer or farther than where the optical axes meet, and the
+direction of the lamp. Then on the best proposals with both known. Last on the best of these rotated by 180 degrees: the
+errors of a network in the two orientations are only partly correlated, so that their mean is more accurate.
 """
 
 from __future__ import annotations
