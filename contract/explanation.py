@@ -10,7 +10,7 @@ import numpy as np
 from annotated_types import Len
 from pydantic import ConfigDict, Field
 
-from contract.base import Identifier, Number, Plain, Schema, StageName, Vector3
+from contract.base import Identifier, Schema, StageName
 from spinewatch.arrays import Float
 from spinewatch.matching.rejections import HEURISTICS, FeatureRejection, Heuristic, TriadRejection
 
@@ -39,7 +39,9 @@ class CandidateRejection(StrEnum):
 FeatureIndex = Annotated[
     int, Field(ge=0, description="Place of a feature in `features` of the stage and pair, from 0.")
 ]
-Features = Annotated[list[FeatureIndex | None], Len(3, 4), Plain]
+Features = Annotated[list[FeatureIndex | None], Len(3, 4)]
+Place = Annotated[list[float], Len(3, 3)]
+"""Not `contract.base.Vector3`, whose conversion of arrays costs a millisecond per explanation."""
 
 
 class FeatureUse(Schema):
@@ -62,9 +64,9 @@ class FeatureUse(Schema):
 class DiscardedCandidate(Schema):
     """A candidate of the search by templates that is not among the features."""
 
-    x: Annotated[Number, Field(description="u to the right, px; 0 is the centre of the first pixel.")]
-    y: Annotated[Number, Field(description="v downwards, px.")]
-    score: Annotated[Number, Field(description="Similarity to a ball, 0 to 1.")]
+    x: Annotated[float, Field(description="u to the right, px; 0 is the centre of the first pixel.")]
+    y: Annotated[float, Field(description="v downwards, px.")]
+    score: Annotated[float, Field(description="Similarity to a ball, 0 to 1.")]
     reason: Annotated[
         CandidateRejection,
         Field(
@@ -96,9 +98,9 @@ class CandidatePoint(Schema):
 
     left: Annotated[int, Field(ge=0, description="Place of the left feature, from 0.")]
     right: Annotated[int, Field(ge=0, description="Place of the right feature, from 0.")]
-    position_mm: Annotated[Vector3, Field(description="Their point in object space, mm.")]
-    parallax_mm: Annotated[Number, Field(description="Distance between their rays, mm.")]
-    log_odds: Annotated[Number, Field(description="Log-odds of one ball, from the parallax.")]
+    position_mm: Annotated[Place, Field(description="Their point in object space, mm.")]
+    parallax_mm: Annotated[float, Field(description="Distance between their rays, mm.")]
+    log_odds: Annotated[float, Field(description="Log-odds of one ball, from the parallax.")]
 
 
 class CandidateTriad(Schema):
@@ -114,12 +116,12 @@ class CandidateTriad(Schema):
         Field(description="Right feature of each ball, in the order of `balls`; null where it is hidden."),
     ]
     balls: Annotated[list[str], Field(description="Names of the balls: XX, YY, MX.")]
-    position_mm: Annotated[Vector3, Field(description="Approximate position of P in object space, mm.")]
+    position_mm: Annotated[Place, Field(description="Approximate position of P in object space, mm.")]
     error_mm: Annotated[
-        Number, Field(description="Distance-matrix error of the balls that both images show, mm.")
+        float, Field(description="Distance-matrix error of the balls that both images show, mm.")
     ]
     log_odds: Annotated[
-        Number | None,
+        float | None,
         Field(
             description="Log-odds of a triad, on its own; null when it was rejected before they were computed."
         ),

@@ -25,7 +25,7 @@ from store.changes import Glance
 from store.clock import utc_now
 from store.database import Database
 
-_TICK_S = 0.008
+_TICK_S = 0.004
 """Time between two questions whether an event was committed."""
 _BLIND_TICK_S = 0.05
 """Time between looks at a database that does not tell."""

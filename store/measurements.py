@@ -65,7 +65,8 @@ def add(session: Session, stage_id: str, rows: PackedStage, now: datetime, actor
     actor
         The worker.
     """
-    session.execute(insert(Measurement), {"stage_id": stage_id, "result": rows.result, "created_at": now})
+    connection = session.connection()  # bulk inserts of the session take three times as long
+    connection.execute(insert(Measurement), {"stage_id": stage_id, "result": rows.result, "created_at": now})
     features = [{"side": side, "count": count, "points": points} for side, count, points in rows.features]
     triads = [
         {"position": position, "label": label, "triad": triad}
@@ -78,7 +79,7 @@ def add(session: Session, stage_id: str, rows: PackedStage, now: datetime, actor
         (tables.measurements.Burst, bursts),
     ):
         if values:
-            session.execute(insert(table), [{"stage_id": stage_id, **row} for row in values])
+            connection.execute(insert(table), [{"stage_id": stage_id, **row} for row in values])
     pair_results.add(session, stage_id, rows.pairs)
     surgery_id = session.scalars(select(Stage.surgery_id).where(Stage.id == stage_id)).one()
     events.append(session, now, actor, events.Action.STAGE_MEASURED, stage_id, surgery_id)

@@ -51,7 +51,7 @@ def add(session: Session, stage_id: str, pairs: Sequence[bytes]) -> None:
         for number, content in enumerate(pairs, start=1)
     ]
     if rows:
-        session.execute(insert(tables.measurements.PairResult), rows)
+        session.connection().execute(insert(tables.measurements.PairResult), rows)
 
 
 def find(session: Session, stage_id: str, pair: int) -> PairResult | None:

@@ -22,6 +22,7 @@ from store.errors import ImageDamagedError
 from store.measurements import MeasuredStage
 from store.stages import measuring_of, sha256_by_side
 from store.tables.base import Document
+from store.tables.jobs import Job
 from store.tables.measurements import Triad
 from store.tables.stages import Stage
 
@@ -299,16 +300,16 @@ def labelled_before(session: Session, stage: Stage) -> tuple[LabelledStage | Non
         That job.
     """
     labels = set(stage.surgery.vertebrae)
-    for row in session.scalars(_LATEST_BEFORE, _place(stage)):
-        if row.job.state not in FINAL_STATES:
-            return None, row.job.id
-        if row.job.state is JobState.SUCCEEDED:
-            rows = session.scalars(_TRIADS, {"stage_id": row.id})
+    for stage_id, name, take, job_id, state in session.execute(_LATEST_BEFORE, _place(stage)):
+        if state not in FINAL_STATES:
+            return None, job_id
+        if state is JobState.SUCCEEDED:
+            rows = session.scalars(_TRIADS, {"stage_id": stage_id})
             triads = [contract.triad.Triad.model_validate(triad) for triad in rows]
             poses = {triad.label: triad.pose() for triad in triads if triad.label in labels}
             found = {label: pose for label, pose in poses.items() if label is not None and pose is not None}
             if labels == set(found):
-                return LabelledStage(row.name, row.take, found), None
+                return LabelledStage(name, take, found), None
     return None, None
 
 
@@ -339,12 +340,12 @@ _BEFORE = (
 )
 """Conditions of the stages of other names that were submitted before a stage."""
 _LATEST_BEFORE = (
-    select(Stage)
+    select(Stage.id, Stage.name, Stage.take, Job.id, Job.state)
+    .join(Stage.job)
     .where(*_BEFORE)
     .order_by(
         Stage.created_at.desc(), Stage.take.desc(), Stage.id.desc()
     )  # revisions have the time of their take
-    .options(joinedload(Stage.job))
 )
 _TAKEN_BEFORE = (
     select(Stage.name, Stage.captured_at, Stage.left_exposed_at, Stage.left_sha256, Stage.right_sha256)

@@ -131,7 +131,7 @@ class Worker:
         tuple of str
             Identifiers of the jobs that can be worked on now because of this one; the caller enqueues them.
         """
-        with self._database.write() as session:
+        with self._database.write(durable=False) as session:  # a claim lost with the power is made again
             lease = leases.claim_next(session, utc_now(), self._lease_for, self._max_attempts, self._actor)
         if lease is None:
             return ()
@@ -162,7 +162,7 @@ class Worker:
         lease = attempt.lease
         _log.info("job_started", kind=lease.kind)
         try:
-            held, added = self._run_and_store(attempt)
+            held, following = self._run_and_store(attempt)
         except LeaseLostError:
             _log.warning("lease_lost")
             return ()
@@ -178,10 +178,10 @@ class Worker:
             patiently(partial(self._return, lease), self._patience)
             return ()
         _log.info("job_succeeded" if held else "lease_lost", seconds=round(attempt.seconds, 3))
-        return (*added, *self._waiting(lease))
+        return following
 
     def _run_and_store(self, attempt: Attempt) -> tuple[bool, tuple[str, ...]]:
-        """Return whether the lease was held to the end, so that the result is stored, and the jobs that were added."""
+        """Return whether the lease was held to the end, so that the result is stored, and the jobs to enqueue next."""
         lease = attempt.lease
         handler = self._registry.handler(lease.kind)
 
@@ -202,7 +202,8 @@ class Worker:
                 if not leases.succeed(session, lease, now):
                     return False, ()
                 step_times.add(session, lease.kind, seconds)
-                return True, handler.store(session, lease, result, now, self._actor)
+                added = handler.store(session, lease, result, now, self._actor)
+                return True, (*added, *jobs.waiting_for(session, lease.job_id))
 
         return patiently(store, self._patience)
 

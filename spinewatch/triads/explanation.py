@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -249,10 +249,9 @@ def _rated(
     for index, (triplets, model) in enumerate(zip(search.triplets, models, strict=True)):
         origin, rotation = approximate_poses(model.coordinates_mm, points.position_mm[triplets.point])
         facing, _ = tilt_log_odds(origin, rotation, rig, p)
-        rejected += [
-            _early(points, model, triplets.point[t], origin[t], triplets.error_mm[t], TriadRejection.TILT)
-            for t in np.flatnonzero(~facing)
-        ]
+        away = np.flatnonzero(~facing)
+        tilted = [TriadRejection.TILT] * len(away)
+        rejected += _early(points, model, triplets.point[away], origin[away], triplets.error_mm[away], tilted)
         rated = rate_triplets(triplets, points, index, model, rig, p, prior)
         pools.append(_Pool(rated, triplets.error_mm[facing]))
     pool = pools[0]
@@ -341,26 +340,35 @@ def _shared(candidates: TriadCandidates, selected: TriadCandidates) -> tuple[Boo
 
 def _outside_limits(
     points: Points, index: int, model: TriadModel, parameters: SearchParameters
-) -> Iterator[TriadVerdict]:
-    """Yield verdicts on the tuples near the distances of a marker that the identification discards."""
+) -> list[TriadVerdict]:
+    """Return verdicts on the tuples near the distances of a marker that the identification discards."""
     found = discarded_tuples(points, model, parameters.identification)
     origin, _ = approximate_poses(model.coordinates_mm, points.position_mm[found.point])
-    for t in range(len(found.point)):
-        if not found.distinct[t]:
-            reason = TriadRejection.FEATURE_TWICE
-        elif not found.same_handed[t]:
-            reason = TriadRejection.MIRRORED
-        else:
-            reason = TriadRejection.DISTANCES
-        yield _early(points, model, found.point[t], origin[t], found.error_mm[t], reason)
+    reasons = [
+        TriadRejection.FEATURE_TWICE
+        if not distinct
+        else TriadRejection.MIRRORED
+        if not same_handed
+        else TriadRejection.DISTANCES
+        for distinct, same_handed in zip(found.distinct.tolist(), found.same_handed.tolist(), strict=True)
+    ]
+    return _early(points, model, found.point, origin, found.error_mm, reasons)
 
 
 def _early(
-    points: Points, model: TriadModel, point: Int, origin_mm: Float, error_mm: float, reason: TriadRejection
-) -> TriadVerdict:
-    """Return the verdict on a tuple (n,) of points that was rejected before its log-odds were computed."""
+    points: Points,
+    model: TriadModel,
+    point: Int,
+    origin_mm: Float,
+    error_mm: Float,
+    reasons: Sequence[TriadRejection],
+) -> list[TriadVerdict]:
+    """Return the verdicts on tuples (t, n) of points that were rejected before their log-odds were computed."""
     left, right = points.left_index[point], points.right_index[point]
-    return TriadVerdict(model, left, right, origin_mm, float(error_mm), None, reason)
+    return [
+        TriadVerdict(model, *values, None, reason)
+        for *values, reason in zip(left, right, origin_mm, error_mm.tolist(), reasons, strict=True)
+    ]
 
 
 def _by_likelihood(verdict: TriadVerdict) -> tuple[bool, float]:
@@ -383,17 +391,15 @@ def _uses(
         )
         if feature != HIDDEN
     }
-    tried: set[int] = set()
-    for verdict in verdicts:
-        tried.update((verdict.left, verdict.right)[side].tolist())
+    columns = [(verdict.left, verdict.right)[side] for verdict in verdicts]
+    tried = set(np.concatenate(columns).tolist()) if columns else set()
     matched = set((points.left_index, points.right_index)[side].tolist())
-
-    def use(feature: int) -> FeatureUse:
-        if feature in balls:
-            return balls[feature]
-        if feature in tried:
-            return FeatureUse(None, None, FeatureRejection.REJECTED)
-        partnered = feature in matched
-        return FeatureUse(None, None, FeatureRejection.NO_TRIAD if partnered else FeatureRejection.NO_PARTNER)
-
-    return tuple(use(feature) for feature in range(count))
+    rejected, no_triad, no_partner = (
+        FeatureUse(None, None, reason)
+        for reason in (FeatureRejection.REJECTED, FeatureRejection.NO_TRIAD, FeatureRejection.NO_PARTNER)
+    )
+    return tuple(
+        balls.get(feature)
+        or (rejected if feature in tried else no_triad if feature in matched else no_partner)
+        for feature in range(count)
+    )
