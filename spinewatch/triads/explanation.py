@@ -366,8 +366,8 @@ def _early(
     """Return the verdicts on tuples (t, n) of points that were rejected before their log-odds were computed."""
     left, right = points.left_index[point], points.right_index[point]
     return [
-        TriadVerdict(model, *values, None, reason)
-        for *values, reason in zip(left, right, origin_mm, error_mm.tolist(), reasons, strict=True)
+        TriadVerdict(model, left[t], right[t], origin_mm[t], error, None, reason)
+        for t, (error, reason) in enumerate(zip(error_mm.tolist(), reasons, strict=True))
     ]
 
 
