@@ -155,7 +155,7 @@ class BallDetector:
 
         proposals = both(propose_in, 0, 1, pool)
         count = max(map(len, places)) + p.n_shared
-        seen = refine(proposals, replace(p, n_refined=count, n_kept=count), pool)
+        seen = refine(proposals, replace(p, n_refined=count, n_kept=count), pool, any_look=True)
         detections = []
         for number, view in enumerate(seen):
             before = found[number]
@@ -206,7 +206,7 @@ class BallDetector:
         negative = replace(frame, pixels=frame.pixels.max() - frame.pixels)
         candidates = self.searches[number].detect(negative).features
         proposals = propose(self.views[number], negative, candidates, self.networks, self.centres)
-        view, _ = refine((proposals, proposals), self.centres)
+        view, _ = refine((proposals, proposals), self.centres, any_look=True)
         count = int((view.features.score > p.min_ball_score).sum())
         return count >= max(p.min_balls, p.min_negative_ratio * balls)
 

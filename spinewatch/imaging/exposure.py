@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
+import cv2
 import numpy as np
 
 from spinewatch.arrays import Single
@@ -74,14 +75,15 @@ def correct_exposure(gray: Single, parameters: ExposureParameters) -> tuple[Sing
     >>> bool(corrected.mean() >= 100)
     True
     """
-    if float(np.ptp(gray)) <= parameters.blank_range:
+    darkest, brightest, *_ = cv2.minMaxLoc(gray)
+    if brightest - darkest <= parameters.blank_range:
         return gray, Exposure.BLANK
     if np.count_nonzero(gray >= FULL_SCALE - 1) >= parameters.glare_fraction * gray.size:
         return gray, Exposure.GLARE
     kinds = (Exposure.NORMAL, Exposure.DARK, Exposure.VERY_DARK)
     applied = 0
     for gamma in parameters.gammas:
-        if float(gray.mean()) >= parameters.min_mean:
+        if cv2.mean(gray)[0] >= parameters.min_mean:
             break
         gray = gamma_correct(gray, gamma)
         applied += 1
@@ -113,6 +115,6 @@ def gamma_correct(gray: Single, gamma: float) -> Single:
     array([  0. , 127.5, 255. ], dtype=float32)
     """
     level = gray / np.float32(FULL_SCALE)
-    np.power(level, 1 / gamma, out=level)
+    cv2.pow(level, 1 / gamma, level)  # several times faster than NumPy
     level *= np.float32(FULL_SCALE)
     return level

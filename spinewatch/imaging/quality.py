@@ -249,15 +249,22 @@ def blockiness(levels: Bytes) -> float:
 
 
 def _phase_ratio(levels: Bytes, axis: int) -> float:
-    kernel = np.array([[-1, 3, -3, 1]], np.float32)
-    kernel = kernel if axis else kernel.T
-    third = cv2.convertScaleAbs(cv2.filter2D(levels, cv2.CV_16S, kernel))
-    profile = cv2.reduce(_at_most(third, 64), 1 - axis, cv2.REDUCE_AVG, dtype=cv2.CV_32F).ravel()[4:-4]
+    third = _at_most(_differences(levels, 3, axis), 64)
+    profile = cv2.reduce(third, 1 - axis, cv2.REDUCE_AVG, dtype=cv2.CV_32F).ravel()[2:-3]
     phases = profile[: len(profile) // _BLOCK * _BLOCK].reshape(-1, _BLOCK).mean(axis=0)
     largest = int(phases.argmax())
     # Enlarged images have patterns of 2 or 4 px, which the opposite phase shares.
     others = max(float(median(np.delete(phases, largest).tolist())), float(phases[largest - _BLOCK // 2]))
     return float(phases[largest]) / max(others, 1e-3)
+
+
+def _differences(levels: Bytes, order: int, axis: int) -> NDArray[Any]:
+    """Return the absolute differences of levels (H, W) of some order along an axis, at most 255, uint8."""
+    values: NDArray[Any] = levels.astype(np.int16)
+    for _ in range(order):
+        later, earlier = (values[1:], values[:-1]) if axis == 0 else (values[:, 1:], values[:, :-1])
+        values = cv2.subtract(later, earlier)
+    return np.asarray(cv2.convertScaleAbs(values))
 
 
 def _at_most(values: NDArray[Any], limit: int) -> NDArray[Any]:
@@ -281,8 +288,7 @@ def row_structure(levels: Bytes) -> tuple[float, float]:
         Smaller over larger of the mean differences of rows 2k, 2k + 1 and of rows 2k + 1, 2k + 2; 0 for doubled rows.
     """
     between = _at_most(cv2.absdiff(levels[2:], levels[:-2]), 30)
-    kernel = np.array([[-1.0], [2.0], [-1.0]], np.float32)
-    own = _at_most(cv2.convertScaleAbs(cv2.filter2D(levels, cv2.CV_16S, kernel)), 60)[1:-1]
+    own = _at_most(_differences(levels, 2, axis=0), 60)
     steps = cv2.reduce(cv2.absdiff(levels[1:], levels[:-1]), 1, cv2.REDUCE_AVG, dtype=cv2.CV_32F).ravel()
     n = len(steps) // 2 * 2
     even, odd = float(steps[:n:2].mean()), float(steps[1:n:2].mean())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from statistics import median
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,7 +89,8 @@ def edge_widths_px(
 
 
 def _median_width(profiles: NDArray[np.float32]) -> float:
-    """Return the median width, px, of features with k profiles each, (n, k, length)."""
+    """Return the median width, px, of features with an odd number k of profiles each, (n, k, length)."""
     contrast = np.ptp(profiles, axis=2)
     slope = np.abs(np.diff(profiles, axis=2)).max(axis=2)
-    return float(np.median(np.median(contrast / np.maximum(slope, 1), axis=1)))
+    widths = np.sort(contrast / np.maximum(slope, 1), axis=1)
+    return float(median(widths[:, widths.shape[1] // 2].tolist()))

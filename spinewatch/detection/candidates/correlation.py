@@ -21,7 +21,7 @@ from spinewatch.detection.candidates.similarity import (
     normalize_product,
 )
 
-_STRIP = 4
+_STRIP = 6
 """Height of the strips of an image that are transformed together, in heights of the kernel."""
 
 

@@ -153,7 +153,8 @@ def segment_means(image: Floating, axis: int, segment_px: int) -> Floating:
     """
     first = np.arange(0, image.shape[axis], segment_px)
     count = np.diff(np.append(first, image.shape[axis])) * image.shape[1 - axis]
-    lines = cv2.reduce(image, 1 - axis, cv2.REDUCE_SUM, dtype=cv2.CV_64F).ravel()
+    depth = cv2.CV_32F if image.dtype == np.float32 else cv2.CV_64F
+    lines = cv2.reduce(image, 1 - axis, cv2.REDUCE_SUM, dtype=depth).ravel()
     return np.asarray(np.add.reduceat(lines, first) / count)
 
 

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from spinewatch.array_file import reading_arrays, write_arrays
-from spinewatch.arrays import Floating
+from spinewatch.arrays import Bool, Floating
 from spinewatch.detection.candidates.property_spaces import PropertySpace
 from spinewatch.errors import SpinewatchError
 from spinewatch.imaging.frame import SIDES, Side
@@ -60,15 +60,17 @@ class TemplateTree:
         Returns
         -------
         TemplateTree
-            Roots and representatives of all sizes, with the mask of the largest.
+            Roots and representatives of all sizes, with the mask of the largest, without what is outside it.
         """
         largest = max(a for a, _ in factors), max(d for _, d in factors)
         h, w = (2 * max(1, round(HALF * f)) + 1 for f in reversed(largest))
+        mask = (_resample(self.mask[None, None], largest, (h, w))[0, 0] > 0.5).astype(np.float32)
+        inside = (..., _extent(mask.any(axis=1)), _extent(mask.any(axis=0)))
         return TemplateTree(
             self.space,
-            np.concatenate([_resample(self.roots, f, (h, w)) for f in factors]),
-            np.concatenate([_resample(self.representatives, f, (h, w)) for f in factors]),
-            (_resample(self.mask[None, None], largest, (h, w))[0, 0] > 0.5).astype(np.float32),
+            np.concatenate([_resample(self.roots, f, (h, w)) for f in factors])[inside],
+            np.concatenate([_resample(self.representatives, f, (h, w)) for f in factors])[inside],
+            mask[inside],
         )
 
 
@@ -163,6 +165,13 @@ def default_template_set() -> TemplateSet:
         Made from samples/D1 by ``spinewatch templates build``; read once per process.
     """
     return read_template_set(resources.files(__package__).joinpath("templates.npz").read_bytes())
+
+
+def _extent(used: Bool) -> slice:
+    """Return the lines about the middle one of an odd number of lines, as far as any is used, at least three."""
+    half = len(used) // 2
+    reach = int(np.abs(np.flatnonzero(used) - half).max(initial=1))
+    return slice(half - reach, half + reach + 1)
 
 
 def _resample(planes: Floating, factor: tuple[float, float], size: tuple[int, int]) -> Floating:

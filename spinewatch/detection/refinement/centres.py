@@ -1,16 +1,21 @@
 """Sub-pixel centres of balls with covariance, in two steps: `propose` per view, then `refine` for both views.
 
-The proposal network, a small one, ranks all candidates of a view. Larger networks refine them; the mean of their
-estimates counts. They run three times. First on a few of the best proposals, for what the balls of a view share but the
-rig does not determine: their size, because the wound may be nearer or farther than where the optical axes meet, and the
-direction of the lamp. Then on the best proposals with both known. Last on the best of these rotated by 180 degrees: the
-errors of a network in the two orientations are only partly correlated, so that their mean is more accurate.
+The proposal network, a small one, ranks all candidates of a view. Larger networks refine them, in three passes. First
+a few of the best proposals, for what the balls of a view share but the rig does not determine: their size, because the
+wound may be nearer or farther than where the optical axes meet, and the direction of the lamp. Then the best proposals
+with both known. Last the best of these rotated by 180 degrees: the errors in the two orientations are only partly
+correlated, so that their mean is more accurate.
+
+At first one network sees the upright patches and another one, of different training, the rotated ones. As long as the
+balls look usual (`spinewatch.detection.refinement.look`), that is almost as accurate as the mean of both networks in
+every pass, at a third of the cost. When they do not, all passes are made again with that mean.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import exp
 from statistics import median
 
@@ -21,6 +26,7 @@ from spinewatch.arrays import Bool, Float, Int, Single
 from spinewatch.camera import Camera
 from spinewatch.detection.features import HIDDEN, DiscardedCandidates, Features
 from spinewatch.detection.refinement.lamp import LampEstimates, estimate_lamp
+from spinewatch.detection.refinement.look import Look, LookParameters, is_usual
 from spinewatch.detection.refinement.networks import (
     BallEstimates,
     BallNetwork,
@@ -70,6 +76,8 @@ class CentreParameters:
         Log-odds that correspond to a template similarity of 1; a blood clot may deceive either criterion.
     manual_sd
         Standard deviation per axis of a centre that a person places in an enlarged image: 0.6 px for a ball of 10 px.
+    look
+        Limits of a usual look.
     """
 
     n_shared: int = 24
@@ -86,6 +94,7 @@ class CentreParameters:
     max_log_odds: float = 6.0
     template_weight: float = 20.0
     manual_sd: float = 0.12
+    look: LookParameters = field(default_factory=LookParameters)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,14 +118,14 @@ class NominalView:
 
 @dataclass(frozen=True, eq=False)
 class Proposals:
-    """The n candidates of one view after the proposal network, and what the balls among them share.
+    """The n candidates of one view after the proposal network.
 
     Attributes
     ----------
     camera
         Camera of the view.
     networks
-        Refinement networks for the size of the balls.
+        Refinement networks for the size of the balls: those for all looks, then those for usual looks.
     tone
         Log gray levels, shape (H, W).
     similarity
@@ -132,7 +141,7 @@ class Proposals:
     ball_px
         Width and height of a ball, shape (2,), px.
     lamp
-        Lamp directions estimated from the most probable balls.
+        Expected lamp direction, shape (2,).
     """
 
     camera: Camera
@@ -144,7 +153,7 @@ class Proposals:
     visible: Float
     score: Float
     ball_px: Float
-    lamp: LampEstimates
+    lamp: Float
 
 
 def propose(
@@ -154,7 +163,7 @@ def propose(
     networks: BallNetworks,
     parameters: CentreParameters,
 ) -> Proposals:
-    """Return the candidates of a view ranked by the proposal network, with the size of balls and the lamp direction.
+    """Return the candidates of a view ranked by the proposal network.
 
     Parameters
     ----------
@@ -176,29 +185,21 @@ def propose(
     """
     p = parameters
     tone, nominal_px = patch_tone(frame.gray()), np.array(view.ball_px)
-    first = _Predictor((networks.proposal,), tone, nominal_px, view.lamp, False, p.max_shift)
-    proposed, centre = first.at(candidates.xy_px)
-    covariance, score = _covariance_px2(proposed, nominal_px), _score(proposed, candidates.score, p)
+    predictor = _Predictor((networks.proposal,), tone, nominal_px, view.lamp, False, p.max_shift)
+    proposed, centre = predictor.at(candidates.xy_px)
     # Balls that appear larger are nearer; there the lamp is at a larger angle to the optical axis.
     ratio = _size_ratio(proposed, p)
-    refining = networks.refinement_networks(view.ball_px[0])
-    second = _Predictor(refining, tone, nominal_px * ratio, view.lamp * ratio, False, p.max_shift)
-    best = _best(score, p.n_shared)
-    refined, centre[best] = second.at(centre[best])
-    balls = _probable(refined, p)
-    lamp = LampEstimates(view.camera, second.lamp, refined.lamp[balls], refined.lamp_sd[balls])
-    ball_px = second.ball_px * _size_ratio(refined, p)
     return Proposals(
         view.camera,
-        refining,
+        networks.refinement_networks(view.ball_px[0]),
         tone,
         candidates.score,
         centre,
-        covariance,
+        _covariance_px2(proposed, nominal_px),
         proposed.visible,
-        score,
-        ball_px,
-        lamp,
+        _score(proposed, candidates.score, p),
+        nominal_px * ratio,
+        view.lamp * ratio,
     )
 
 
@@ -219,7 +220,11 @@ class RefinedView:
 
 
 def refine(
-    proposals: tuple[Proposals, Proposals], parameters: CentreParameters, pool: Executor | None = None
+    proposals: tuple[Proposals, Proposals],
+    parameters: CentreParameters,
+    pool: Executor | None = None,
+    *,
+    any_look: bool = False,
 ) -> tuple[RefinedView, RefinedView]:
     """Return the features of both views with refined centres, most probable balls first.
 
@@ -231,6 +236,8 @@ def refine(
         Counts and thresholds.
     pool
         Executes the right view at the same time as the left one; None for one after the other.
+    any_look
+        Whether the mean of all networks counts, whether or not the balls look usual.
 
     Returns
     -------
@@ -238,29 +245,100 @@ def refine(
         Left and right features: centres of the balls' images, px, with covariances. Scores combine the network's odds
         and the template similarity. Proposals of the same ball are one feature.
     """
-    measured = max(len(view.lamp.sd) for view in proposals) >= parameters.min_balls
-    lamps = estimate_lamp([view.lamp for view in proposals], parameters.lamp_sd_rad)
-    left, right = zip(proposals, lamps, strict=True)
-    return both(lambda part: _refine(*part, measured, parameters), left, right, pool)
+    p = parameters
+    if not any_look:
+        parts = [(view, view.networks[-1:], view.networks[:1]) for view in proposals]
+        views, looks = _refine_both(parts, p, pool)
+        if is_usual(looks, p.look):
+            return views
+    views, _ = _refine_both([(view, view.networks, view.networks) for view in proposals], p, pool)
+    return views
 
 
-def _refine(proposals: Proposals, lamp: Float, lamp_is_measured: bool, p: CentreParameters) -> RefinedView:
-    """Return the features of one view, given the lamp direction (2,)."""
-    view, ball_px = proposals, proposals.ball_px
-    predictor = _Predictor(view.networks, view.tone, ball_px, lamp, lamp_is_measured, p.max_shift)
-    centre, covariance, visible, score = (
-        a.copy() for a in (view.centre, view.covariance, view.visible, view.score)
+_Part = tuple[Proposals, tuple[BallNetwork, ...], tuple[BallNetwork, ...]]
+"""A view with the networks for its upright and for its rotated patches."""
+
+
+def _refine_both(
+    parts: Sequence[_Part], p: CentreParameters, pool: Executor | None
+) -> tuple[tuple[RefinedView, RefinedView], tuple[Look, Look]]:
+    """Return the features of both views, and how their balls look."""
+    shared = both(lambda part: measure_shared(part[0], part[1], p), parts[0], parts[1], pool)
+    lamps = estimate_lamp([view.lamp for view in shared], p.lamp_sd_rad)
+    measured = max(len(view.lamp.sd) for view in shared) >= p.min_balls
+    left, right = zip(parts, shared, lamps, strict=True)
+    (left_view, left_look), (right_view, right_look) = both(
+        lambda part: _refine(*part, measured, p), left, right, pool
     )
-    best = _best(score, p.n_refined)
-    upright, centre[best] = predictor.at(centre[best])
-    covariance[best], visible[best] = _covariance_px2(upright, ball_px), upright.visible
-    score[best] = _score(upright, view.similarity[best], p)
+    return (left_view, right_view), (left_look, right_look)
 
-    best = _best(score, p.n_rotated)
-    rotated, rotated_centre = predictor.at(centre[best], rotated=True)
+
+@dataclass(frozen=True, eq=False)
+class Shared:
+    """What the balls of one view share.
+
+    Attributes
+    ----------
+    ball_px
+        Width and height of a ball, shape (2,), px.
+    lamp
+        Lamp directions estimated from the most probable balls.
+    centre
+        Centres of the outlines of all proposals, shape (n, 2), px; those of the best ones refined.
+    """
+
+    ball_px: Float
+    lamp: LampEstimates
+    centre: Float
+
+
+def measure_shared(view: Proposals, networks: tuple[BallNetwork, ...], p: CentreParameters) -> Shared:
+    """Return what the balls of a view share, estimated from its best proposals.
+
+    Parameters
+    ----------
+    view
+        Proposals of the view.
+    networks
+        Refinement networks whose mean counts.
+    p
+        Counts and thresholds.
+
+    Returns
+    -------
+    Shared
+        Size of the balls and estimates of the lamp direction.
+    """
+    predictor = _Predictor(networks, view.tone, view.ball_px, view.lamp, False, p.max_shift)
+    centre, best = view.centre.copy(), _best(view.score, p.n_shared)
+    refined, centre[best] = predictor.at(centre[best])
+    balls = _probable(refined, p)
+    lamp = LampEstimates(view.camera, view.lamp, refined.lamp[balls], refined.lamp_sd[balls])
+    return Shared(view.ball_px * _size_ratio(refined, p), lamp, centre)
+
+
+def _refine(
+    part: _Part, shared: Shared, lamp: Float, lamp_is_measured: bool, p: CentreParameters
+) -> tuple[RefinedView, Look]:
+    """Return the features of one view and how its balls look, given the lamp direction (2,)."""
+    view, *networks = part
+    ball_px, centre = shared.ball_px, shared.centre
+    for_upright, for_rotated = (
+        _Predictor(some, view.tone, ball_px, lamp, lamp_is_measured, p.max_shift) for some in networks
+    )
+    covariance, visible, score = (a.copy() for a in (view.covariance, view.visible, view.score))
+    refined = _best(score, p.n_refined)
+    upright, centre[refined] = for_upright.at(centre[refined])
+    covariance[refined], visible[refined] = _covariance_px2(upright, ball_px), upright.visible
+    score[refined] = _score(upright, view.similarity[refined], p)
+
+    first = _best(score[refined], p.n_rotated)
+    best = refined[first]
+    rotated, rotated_centre = for_rotated.at(centre[best], rotated=True)
     centre[best] = (centre[best] + rotated_centre) / 2
     mean_covariance = (covariance[best] + _covariance_px2(rotated, ball_px)) / 2
     covariance[best] = mean_covariance * ((1 + p.rotation_correlation) / 2)
+    look = Look(_probable(upright, p)[first], _probable(rotated, p), _sd_radii(mean_covariance, ball_px))
 
     ranked = _best(score, len(score))
     order = ranked[_without_duplicates(centre[ranked] / (ball_px / 2), p.merge_radius)][: p.n_kept]
@@ -269,7 +347,7 @@ def _refine(proposals: Proposals, lamp: Float, lamp_is_measured: bool, p: Centre
     features = Features(xy_px, score[order], covariance[order] + model_covariance, visible[order])
     rest = ranked[~np.isin(ranked, order)]
     same = _nearest(centre[rest] / (ball_px / 2), centre[order] / (ball_px / 2), p.merge_radius)
-    return RefinedView(features, DiscardedCandidates(centre[rest], score[rest], same != HIDDEN, same))
+    return RefinedView(features, DiscardedCandidates(centre[rest], score[rest], same != HIDDEN, same)), look
 
 
 @dataclass(frozen=True, eq=False)
@@ -324,6 +402,11 @@ def _score(estimates: BallEstimates, similarity: Float, p: CentreParameters) -> 
 def _covariance_px2(estimates: BallEstimates, ball_px: Float) -> Float:
     """Return the covariances (n, 2, 2) of centres, px^2, for a size (2,) of balls, px."""
     return np.asarray(estimates.covariance * np.outer(ball_px, ball_px) / 4)
+
+
+def _sd_radii(covariance: Float, ball_px: Float) -> Float:
+    """Return the standard deviations per axis (n,), radii, of covariances (n, 2, 2), px^2, for a size (2,) of balls."""
+    return np.asarray(np.sqrt((covariance.diagonal(axis1=1, axis2=2) / np.square(ball_px / 2)).mean(axis=1)))
 
 
 def _nearest(positions: Float, others: Float, radius: float) -> Int:

@@ -37,6 +37,9 @@ OUTPUTS = (
 )
 """Outputs of the last layer, in order."""
 
+_COLUMNS = (0, np.s_[1:3], np.s_[3:5], 5, 6, 7, np.s_[8:10], 10)
+"""Columns of the outputs, those of the same kind together."""
+
 
 @dataclass(frozen=True)
 class OutputScales:
@@ -104,7 +107,8 @@ class BallNetworks:
     proposal
         Small network that ranks all candidates.
     refinement
-        Larger networks that estimate the centres of the best candidates: one or several for each size of ball.
+        Larger networks that estimate the centres of the best candidates: one or several for each size of ball, that for
+        all looks first and that for usual looks last.
     """
 
     proposal: BallNetwork
@@ -191,19 +195,22 @@ def predict_balls(
     """
     lamp_input = np.array([*lamp, lamp_is_measured], dtype=np.float32)
     out = network.graph(normalize(patches), lamp_input).astype(float)
-    log_odds, u, v, log_u, log_v, off_diagonal, visible, log_size, lamp_u, lamp_v, log_lamp = out.T
+    log_odds, offset, log_precision, off_diagonal, visible, log_size, lamp_offset, log_lamp = (
+        out[:, columns] for columns in _COLUMNS
+    )
     # The inverse covariance is the product L^T L of L = [[1/a, off_diagonal/b], [0, 1/b]].
-    a, b = np.exp(-log_u - SCALES.log_precision), np.exp(-log_v - SCALES.log_precision)
+    a, b = np.exp(-log_precision - SCALES.log_precision).T
     covariance = np.empty((len(out), 2, 2))
     covariance[:, 0, 0], covariance[:, 1, 1] = (1 + off_diagonal**2) * a**2, b**2
     covariance[:, 0, 1] = covariance[:, 1, 0] = -off_diagonal * a * b
+    covariance *= SCALES.dof / (SCALES.dof - 2)
     return BallEstimates(
         log_odds,
-        SCALES.offset * np.stack([u, v], axis=1),
-        covariance * (SCALES.dof / (SCALES.dof - 2)),
+        SCALES.offset * offset,
+        covariance,
         1 / (1 + np.exp(-visible)),
         SCALES.log_size * log_size,
-        SCALES.lamp * np.stack([lamp_u, lamp_v], axis=1),
+        SCALES.lamp * lamp_offset,
         np.exp(-log_lamp - SCALES.log_lamp),
     )
 

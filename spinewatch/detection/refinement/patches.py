@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -68,12 +67,23 @@ def cut_patches(
 def _windows(tone: Single, centre_px: NDArray[np.integer], high: int, wide: int) -> Single:
     """Return the pixels (n, high, wide) about n whole pixels."""
     (h, w), (u, v) = tone.shape, centre_px.T
-    left, top = (u - wide // 2).clip(-wide, w), (v - high // 2).clip(-high, h)
+    left, top = u - wide // 2, v - high // 2
     outside = (left < 0) | (top < 0) | (left + wide > w) | (top + high > h)
-    if outside.any() or wide > w or high > h:
-        tone = np.asarray(cv2.copyMakeBorder(tone, high, high, wide, wide, cv2.BORDER_REPLICATE))
-        left, top = left + wide, top + high
-    return np.asarray(np.lib.stride_tricks.sliding_window_view(tone, (high, wide))[top, left])
+    if wide > w or high > h:
+        return _clamped_windows(tone, left, top, high, wide)
+    view = np.lib.stride_tricks.sliding_window_view(tone, (high, wide))
+    windows = np.asarray(view[top.clip(0, h - high), left.clip(0, w - wide)])
+    windows[outside] = _clamped_windows(tone, left[outside], top[outside], high, wide)
+    return windows
+
+
+def _clamped_windows(
+    tone: Single, left: NDArray[np.integer], top: NDArray[np.integer], high: int, wide: int
+) -> Single:
+    """Return windows (n, high, wide) that reach beyond the border, where the nearest pixel continues the image."""
+    rows = (top[:, None] + np.arange(high)).clip(0, tone.shape[0] - 1)
+    columns = (left[:, None] + np.arange(wide)).clip(0, tone.shape[1] - 1)
+    return np.asarray(tone[rows[:, :, None], columns[:, None]])
 
 
 @lru_cache(maxsize=16)

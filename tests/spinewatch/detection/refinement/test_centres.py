@@ -12,7 +12,14 @@ from spinewatch.arrays import Pixels
 from spinewatch.camera import Rig
 from spinewatch.detection.candidates.search import DetectionParameters, detect
 from spinewatch.detection.features import Features
-from spinewatch.detection.refinement.centres import CentreParameters, NominalView, propose, refine
+from spinewatch.detection.refinement.centres import (
+    CentreParameters,
+    NominalView,
+    measure_shared,
+    propose,
+    refine,
+)
+from spinewatch.detection.refinement.look import LookParameters
 from spinewatch.detection.refinement.network_file import default_networks
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import Frame
@@ -81,16 +88,36 @@ def test_the_size_of_balls_is_measured(sample: tuple[NominalView, Pixels, Featur
     for factor in (0.95, 1.05):
         wrong = replace(view, ball_px=(factor * BALL[0], factor * BALL[1]))
         proposals = propose(wrong, Frame(image, "left"), candidates, default_networks(), CentreParameters())
-        sizes.append(proposals.ball_px)
+        sizes.append(measure_shared(proposals, proposals.networks, CentreParameters()).ball_px)
     assert sizes[0] == pytest.approx(sizes[1], rel=0.03)
 
 
 def test_the_second_orientation_lowers_the_covariance(sample: tuple[NominalView, Pixels, Features]) -> None:
     with_it, without = (
-        refined(*sample, CentreParameters(n_rotated=n, model_sd=0.0)).covariance_px2[:12] for n in (24, 0)
+        refined(
+            *sample, CentreParameters(n_rotated=n, model_sd=0.0, look=LookParameters(max_sd=0.0))
+        ).covariance_px2[:12]
+        for n in (24, 0)
     )
     ratio = np.linalg.det(with_it) / np.linalg.det(without)
     assert np.median(ratio) == pytest.approx(0.9**2, abs=0.15)
+
+
+def test_the_mean_of_networks_counts_when_the_look_is_not_usual(
+    sample: tuple[NominalView, Pixels, Features],
+) -> None:
+    view, image, candidates = sample
+    side = propose(view, Frame(image, "left"), candidates, default_networks(), CentreParameters())
+
+    def centres(look: LookParameters, *, any_look: bool) -> NDArray[np.float64]:
+        found, _ = refine((side, side), CentreParameters(look=look), any_look=any_look)
+        return found.features.xy_px[:12]
+
+    usual, unusual = LookParameters(), LookParameters(max_sd=0.0)
+    mean = centres(usual, any_look=True)
+    assert np.array_equal(centres(unusual, any_look=False), mean)
+    apart = np.linalg.norm(centres(usual, any_look=False)[:, None] - mean, axis=2).min(axis=1)
+    assert 0 < np.median(apart) < 0.1
 
 
 @given(st.integers(1, 12))
