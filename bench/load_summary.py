@@ -4,54 +4,44 @@ from __future__ import annotations
 
 import http.client
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from http import HTTPStatus
 from statistics import median
-from typing import Any, cast
+from typing import Any
 from urllib.parse import urlsplit
+from uuid import uuid4
 
 import numpy as np
-from sqlalchemy import select, text, update
+from sqlalchemy import JSON, ColumnElement, Table, Text, insert, select, text, type_coerce
 from sqlalchemy.orm import Session
 
 from bench.load_cart import Cart, milliseconds
-from bench.load_pairs import make_pairs, spine_document
+from bench.load_pairs import make_pairs
 from bench.load_service import LoadService, ServiceStuckError
 from bench.tables import Bar, Grid
 from contract.event import Actor, ActorKind
 from contract.job import JobState
-from contract.spine import StageSpine
-from contract.spine_setup import SpineSetup
-from contract.stage import StageResult
-from contract.surgery import NewSurgery
 from service.routes.summary import summary_json
-from spinewatch.imaging.header import ImageHeader
-from store import (
-    calibrations,
-    images,
-    measurements,
-    spine_setups,
-    spines,
-    stage_submission,
-    summaries,
-    surgeries,
-)
-from store.clock import utc_now
+from store import events, spine_setups, spines, summaries, surgeries, tables
 from store.database import Database
-from store.images import NewImage
-from store.spines import ComputedSpine
-from store.stage_submission import NewStage
-from store.tables.images import Image
+from store.json_text import JsonText
+from store.tables.base import Base
+from store.tables.events import Event
 from store.tables.jobs import Job
+from store.tables.measurements import Burst, FeatureList, Measurement, PairResult, Triad
+from store.tables.spines import Spine
 from store.tables.stages import Stage
+from store.tables.surgeries import Surgery
 
 SURGERIES = 1000
 STAGES = 10
 REQUESTS = 1000
 _LIMIT_MS = 10.0
-_ACTOR = Actor(kind=ActorKind.COMMAND, name="bench.load")
+_OF_STAGE = (Measurement, FeatureList, Triad, Burst, PairResult)
+_AT_ONCE = 20
+"""Surgeries that are stored in one transaction."""
 _PATIENCE_S = 60.0
 _POLL_S = 0.05
 
@@ -120,86 +110,125 @@ def measure(
     return Summaries(count, STAGES, over_http, in_process, size, stage_bytes)
 
 
+_Rows = Sequence[Mapping[str, Any]]
+
+
 @dataclass(frozen=True)
 class _Pattern:
-    """A measured surgery: what is stored of it and of each of its stages, in order."""
+    """What is stored of a measured surgery: rows of tables by the names of their columns.
 
-    surgery: NewSurgery
-    calibration: str
-    stages: Sequence[NewStage]
-    results: Sequence[StageResult]
-    spines: Sequence[StageSpine]
+    Attributes
+    ----------
+    surgery_id
+        Its identifier.
+    ids
+        Identifiers that a copy has of its own: of the surgery, of its stages and of their jobs.
+    rows
+        Rows by table, in an order in which they can be inserted.
+    inputs
+        Fingerprints of what the spines are computed from, by stage.
+    spines, events
+        Spines and events.
+    """
+
+    surgery_id: str
+    ids: Sequence[str]
+    rows: Sequence[tuple[Table, _Rows]]
+    inputs: Mapping[str, str]
+    spines: _Rows
+    events: _Rows
 
 
 def fill(database: Database, surgery_id: str, count: int) -> list[str]:
-    """Store a measured surgery again and again, with its stages, results and spines; return the new surgeries.
+    """Store a measured surgery again and again, with all its rows and events; return the new surgeries.
 
     All of them have the images of the first. Their jobs have succeeded, so that no worker takes them.
     """
     with database.read() as session:
         pattern = _read(session, surgery_id)
-    return [_copy(database, pattern) for _ in range(count)]
+    copies: list[str] = []
+    while len(copies) < count:
+        with database.write() as session:  # workers wait for it
+            copies += [_copy(session, pattern) for _ in range(min(_AT_ONCE, count - len(copies)))]
+    database.checkpoint()  # as what was stored days ago
+    return copies
 
 
 def _read(session: Session, surgery_id: str) -> _Pattern:
-    surgery = surgeries.get(session, surgery_id)
-    names = session.scalars(
-        select(Stage.name).where(Stage.surgery_id == surgery_id).order_by(Stage.created_at, Stage.id)
-    ).all()
-    rows = [measurements.get(session, surgery_id, name) for name in names]
+    def rows(table: type[Base], condition: ColumnElement[bool]) -> tuple[Table, _Rows]:
+        found = Base.metadata.tables[table.__tablename__]
+        return found, _rows(session, found, condition)
+
+    surgery = rows(Surgery, Surgery.id == surgery_id)
+    stages = rows(Stage, Stage.surgery_id == surgery_id)
+    taken = [row["id"] for row in stages[1]]
+    jobs = rows(Job, Job.subject_id.in_([surgery_id, *taken]) & (Job.state == JobState.SUCCEEDED))
     return _Pattern(
-        surgery=NewSurgery(
-            reference="2026-0417",
-            vertebrae=surgery.vertebrae,
-            reference_vertebra=surgery.reference_vertebra,
-            spine_axis=cast(Any, surgery.spine_axis),
-        ),
-        calibration=rows[0][0].calibration_id,
-        stages=[
-            NewStage(stage.name, _image(session, stage.left), _image(session, stage.right), None)
-            for stage, _ in rows
+        surgery_id=surgery_id,
+        ids=[surgery_id, *taken, *(row["id"] for row in jobs[1])],
+        rows=[
+            surgery,
+            stages,
+            jobs,
+            *(rows(table, table.stage_id.in_(taken)) for table in _OF_STAGE),
+            rows(tables.spines.SpineSetup, tables.spines.SpineSetup.surgery_id == surgery_id),
         ],
-        results=[
-            StageResult.model_validate(
-                {
-                    **measured.result,
-                    "features": measurements.features(session, stage.id),
-                    "triads": measurements.triads(session, stage.id),
-                    "burst": None,
-                }
-            )
-            for stage, measured in rows
-        ],
-        spines=[StageSpine.model_validate_json(spines.get(session, surgery_id, name)) for name in names],
+        inputs=_inputs(session, surgery_id),
+        spines=rows(Spine, Spine.surgery_id == surgery_id)[1],
+        events=rows(Event, Event.surgery_id == surgery_id)[1],
     )
 
 
-def _image(session: Session, row: Image) -> NewImage:
-    return NewImage(
-        images.content(session, row.sha256), ImageHeader("PNG", row.media_type, row.width, row.height)
-    )
+def _inputs(session: Session, surgery_id: str) -> Mapping[str, str]:
+    """Return the fingerprint of what the spine of each stage is computed from."""
+    surgery, setup = surgeries.get(session, surgery_id), spine_setups.get(session, surgery_id)
+    return {plan.stage_id: plan.fingerprint for plan in spines.plans(session, surgery, setup)}
 
 
-def _copy(database: Database, pattern: _Pattern) -> str:
-    with database.write() as session:
-        surgery = surgeries.add(session, pattern.surgery, utc_now(), _ACTOR)
-        calibration = calibrations.get(session, pattern.calibration)
-        for new, result in zip(pattern.stages, pattern.results, strict=True):
-            now = utc_now()  # stages of a surgery are sorted by time
-            stage = stage_submission.submit(session, surgery, calibration, new, now, _ACTOR)
-            session.flush()
-            measurements.add(session, stage.id, measurements.MeasuredStage(result).packed(), now, _ACTOR)
-        spine_setups.put(session, surgery.id, SpineSetup.model_validate(spine_document()), utc_now(), _ACTOR)
-        session.flush()
-        plans = spines.plans(session, surgery, spine_setups.get(session, surgery.id))
-        computed = [
-            ComputedSpine(plan, spine, None) for plan, spine in zip(plans, pattern.spines, strict=True)
-        ]
-        spines.add(session, surgery.id, computed, pattern.spines[0].version, utc_now(), _ACTOR)
-        session.flush()
-        ended = {"state": JobState.SUCCEEDED, "progress": 1.0, "finished_at": utc_now()}
-        session.execute(update(Job).where(Job.state == JobState.QUEUED).values(**ended))
-        return surgery.id
+def _rows(session: Session, table: Table, condition: ColumnElement[bool]) -> _Rows:
+    """Return rows of a table in the order in which they were made; documents as the text that is stored."""
+    documents = {column.name for column in table.columns if isinstance(column.type, JSON)}
+    columns = [type_coerce(c, Text).label(c.name) if c.name in documents else c for c in table.columns]
+    query = select(*columns).where(condition).order_by(*table.primary_key.columns)
+    return [
+        {name: JsonText(v) if name in documents and v is not None else v for name, v in row.items()}
+        for row in session.connection().execute(query).mappings()
+    ]
+
+
+def _copy(session: Session, pattern: _Pattern) -> str:
+    connection = session.connection()
+    new = {old: str(uuid4()) for old in pattern.ids}
+    surgery_id = new[pattern.surgery_id]
+
+    def renamed(row: Mapping[str, Any]) -> dict[str, Any]:
+        named = {
+            name: new.get(value, value) if isinstance(value, str) else value for name, value in row.items()
+        }
+        if "payload" in row:
+            named["payload"] = JsonText(row["payload"].replace(pattern.surgery_id, surgery_id))
+        return named
+
+    for table, rows in pattern.rows:
+        if rows:
+            connection.execute(table.insert(), [renamed(row) for row in rows])
+    inputs = _inputs(session, surgery_id)
+    new |= {old: inputs[new[stage_id]] for stage_id, old in pattern.inputs.items()}
+    computed = [{k: value for k, value in renamed(row).items() if k != "id"} for row in pattern.spines]
+    connection.execute(insert(Spine), computed)
+    for event in pattern.events:
+        actor = Actor(
+            kind=ActorKind(event["actor_kind"]),
+            name=event["actor_name"],
+            key=event["actor_key"],
+            address=event["address"],
+            request_id=event["request_id"],
+        )
+        subject = str(new.get(event["subject_id"], event["subject_id"]))
+        events.append(
+            session, event["at"], actor, event["action"], subject, surgery_id, detail=event["detail"]
+        )
+    return surgery_id
 
 
 def _measured_surgery(service: LoadService, seed: int) -> tuple[str, tuple[float, float]]:

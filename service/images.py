@@ -25,7 +25,10 @@ FILE_RESPONSES: dict[int | str, dict[str, Any]] = {
 }
 
 
-def image_pair(left: tables.images.Image, right: tables.images.Image) -> ImagePair:
+_Row = tables.images.Image | images.StoredImage
+
+
+def image_pair(left: _Row, right: _Row) -> ImagePair:
     """Return the model of two rows."""
     return ImagePair(left=image_of(left), right=image_of(right))
 
@@ -38,7 +41,7 @@ def file_response(session: Session, image: tables.images.Image, if_none_match: s
     return Response(images.content(session, image.sha256), media_type=image.media_type, headers=headers)
 
 
-def image_of(row: tables.images.Image) -> Image:
+def image_of(row: _Row) -> Image:
     """Return the model of a row."""
     return Image(
         sha256=row.sha256,

@@ -107,7 +107,6 @@ def make_server(app: FastAPI, settings: Settings, beat: Callable[[], None] | Non
         timeout_keep_alive=int(settings.idle_timeout_seconds),
         timeout_graceful_shutdown=2,
     )
-    app.openapi()  # made now rather than while a client waits
     gc.freeze()  # what is loaded stays; a full collection during a request no longer visits it
     config.limits = ConnectionLimits.of(settings, allow_open_files())
     return Server(config, app, beat)

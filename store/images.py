@@ -40,6 +40,29 @@ class NewImage:
         return digest(self.content)
 
 
+@dataclass(frozen=True)
+class StoredImage:
+    """What is stored of an image besides its content.
+
+    Attributes
+    ----------
+    sha256
+        SHA-256 of the content, hexadecimal.
+    media_type
+        Media type of the file.
+    width, height
+        Size, px.
+    size_bytes
+        Size of the file, bytes.
+    """
+
+    sha256: str
+    media_type: str
+    width: int
+    height: int
+    size_bytes: int
+
+
 def add(session: Session, image: NewImage, now: datetime) -> Image:
     """Return the row of an image, which is added unless its content is stored already.
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from datetime import datetime
 from itertools import zip_longest
+from typing import Any
 
-from sqlalchemy import select
+from sqlalchemy import Row, bindparam, select
 from sqlalchemy.orm import Session
 
 from contract.event import Actor
@@ -187,10 +188,7 @@ def rebaselines(session: Session, surgery_id: str) -> list[StoredRebaseline]:
     list of StoredRebaseline
         In the order in which they were stored.
     """
-    query = select(tables.spines.SpineRebaseline).where(
-        tables.spines.SpineRebaseline.surgery_id == surgery_id
-    )
-    rows = session.scalars(query.order_by(tables.spines.SpineRebaseline.position))
+    rows = session.connection().execute(_REBASELINES, {"surgery_id": surgery_id})
     return [StoredRebaseline.model_validate(row) for row in rows]
 
 
@@ -245,9 +243,8 @@ def _lock(session: Session, surgery_id: str) -> None:
     ).one()
 
 
-def _latest(session: Session, surgery_id: str) -> tables.spines.SpineSetup | None:
-    query = select(tables.spines.SpineSetup).where(tables.spines.SpineSetup.surgery_id == surgery_id)
-    return session.scalars(query.order_by(tables.spines.SpineSetup.revision.desc()).limit(1)).one_or_none()
+def _latest(session: Session, surgery_id: str) -> Row[Any] | None:
+    return session.connection().execute(_LATEST, {"surgery_id": surgery_id}).one_or_none()
 
 
 def _actors(session: Session, surgery_id: str) -> dict[datetime, str]:
@@ -259,7 +256,7 @@ def _actors(session: Session, surgery_id: str) -> dict[datetime, str]:
     return {row.at: row.actor_name for row in session.execute(query)}
 
 
-def _stored(row: tables.spines.SpineSetup, known: Sequence[StoredRebaseline]) -> StoredSpineSetup:
+def _stored(row: tables.spines.SpineSetup | Row[Any], known: Sequence[StoredRebaseline]) -> StoredSpineSetup:
     return StoredSpineSetup(
         surgery_id=row.surgery_id,
         revision=row.revision,
@@ -267,3 +264,16 @@ def _stored(row: tables.spines.SpineSetup, known: Sequence[StoredRebaseline]) ->
         setup=SpineSetup.model_validate(row.document),
         rebaselines=list(known),
     )
+
+
+_LATEST = (
+    select(*tables.spines.SpineSetup.__table__.columns)
+    .where(tables.spines.SpineSetup.surgery_id == bindparam("surgery_id"))
+    .order_by(tables.spines.SpineSetup.revision.desc())
+    .limit(1)
+)
+_REBASELINES = (
+    select(*tables.spines.SpineRebaseline.__table__.columns)
+    .where(tables.spines.SpineRebaseline.surgery_id == bindparam("surgery_id"))
+    .order_by(tables.spines.SpineRebaseline.position)
+)

@@ -12,6 +12,7 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from typing import Protocol
 
 from sqlalchemy import BindParameter, ColumnElement, Select, Text, and_, bindparam, cast, func, select
 from sqlalchemy.orm import Session
@@ -32,6 +33,26 @@ from store.tables.measurements import Triad
 from store.tables.spines import Spine, SpineSetup
 from store.tables.stages import Stage
 from store.tables.surgeries import Surgery
+
+
+class Take(Protocol):
+    """What of a take the spine of its stage depends on."""
+
+    @property
+    def id(self) -> str:
+        """Identifier of the take."""
+
+    @property
+    def name(self) -> str:
+        """Name of the stage."""
+
+    @property
+    def take(self) -> int:
+        """Number of the take."""
+
+    @property
+    def calibration_id(self) -> str:
+        """Identifier of the calibration."""
 
 
 @dataclass(frozen=True)
@@ -347,7 +368,7 @@ def is_posed(vertebra: str | BindParameter[str]) -> ColumnElement[bool]:
     return and_(Triad.label == vertebra, Triad.triad["position_mm"].as_string().is_not(None))
 
 
-def plans_of(setup: StoredSpineSetup, rows: Sequence[tuple[Stage, bool]]) -> tuple[StagePlan, ...]:
+def plans_of(setup: StoredSpineSetup, rows: Sequence[tuple[Take, bool]]) -> tuple[StagePlan, ...]:
     """Return what the spine of each measured stage is computed from, as `plans`.
 
     Parameters
@@ -450,7 +471,8 @@ def stored(session: Session, surgery_id: str, planned: Sequence[StagePlan]) -> d
     dict of str to StoredSpine or None
         By identifier of the stage; None where no spine was computed from the inputs as they are.
     """
-    rows = {row[0]: row[1:] for row in session.execute(_STORED, {"surgery_id": surgery_id})}
+    stored_rows = session.connection().execute(_STORED, {"surgery_id": surgery_id})
+    rows = {row[0]: row[1:] for row in stored_rows}
     found: dict[str, StoredSpine | None] = {}
     for plan in planned:
         fingerprint, text, reason = rows.get(plan.stage_id, (None, None, None))

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from datetime import datetime
+from typing import Any
 
 from sqlalchemy import Text, and_, bindparam, cast, select
-from sqlalchemy.orm import Session, aliased, load_only
+from sqlalchemy.orm import Session, aliased
 
 from contract.job import JobState
 from contract.spine_setup import StoredSpineSetup
-from store import spine_setups, spines, surgeries
+from store import retention, spine_setups, spines
+from store.errors import NotFoundError
+from store.images import StoredImage
 from store.spines import StoredSpine
 from store.tables.base import Document
 from store.tables.images import Image
@@ -21,17 +25,45 @@ from store.tables.surgeries import Surgery
 
 
 @dataclass(frozen=True)
+class Take:
+    """A take of a stage, with what a summary shows of it.
+
+    Attributes
+    ----------
+    id
+        Identifier of the take.
+    name
+        Name of the stage.
+    take
+        Number of the take.
+    calibration_id
+        Identifier of the calibration.
+    captured_at
+        Time of capture as sent, None when unknown.
+    created_at
+        Time of the submission.
+    """
+
+    id: str
+    name: str
+    take: int
+    calibration_id: str
+    captured_at: datetime | None
+    created_at: datetime
+
+
+@dataclass(frozen=True)
 class StageRow:
     """The take of a stage whose results count: the latest one that was measured, or else the latest.
 
     Attributes
     ----------
     stage
-        The row, with what a summary shows of it.
+        The take.
+    left, right
+        Its images.
     state
         State of the job that measures it.
-    left, right
-        Rows of the images, without their content.
     flags
         Doubts about the triads (``contract.flag.Flag``); None before its job has succeeded.
     version
@@ -42,14 +74,14 @@ class StageRow:
         Its spine; None while none is computed from the inputs as they are.
     """
 
-    stage: Stage
+    stage: Take
+    left: StoredImage
+    right: StoredImage
     state: JobState
-    left: Image
-    right: Image
     flags: Sequence[Document] | None
     version: str | None
-    triads: Sequence[str] | None
-    spine: StoredSpine | None
+    triads: Sequence[str] | None = None
+    spine: StoredSpine | None = None
 
 
 @dataclass(frozen=True)
@@ -91,37 +123,40 @@ def get(session: Session, surgery_id: str) -> SummaryRows:
     NotFoundError
         There is no such surgery.
     """
-    surgery = surgeries.get(session, surgery_id)
+    retention.require_present(session, surgery_id)
+    # rows of the connection: those of the session cost more than the database
+    connection = session.connection()
+    found = connection.execute(_SURGERY, {"surgery_id": surgery_id}).mappings().one_or_none()
+    if found is None:
+        raise NotFoundError("surgery")
+    surgery = Surgery(**found)
     setup = spine_setups.find(session, surgery_id)
-    takes = session.execute(_TAKES, {"surgery_id": surgery_id}).all()
-    measured = frozenset(stage.id for stage, *_, version in takes if version is not None)
-    in_order = sorted((row[0] for row in takes), key=lambda stage: (stage.id in measured, stage.take))
-    shown = {stage.name: stage.id for stage in in_order}
+    takes = [_stage_row(row) for row in connection.execute(_TAKES, {"surgery_id": surgery_id})]
+    in_order = sorted(takes, key=lambda row: (row.version is not None, row.stage.take))
+    counting = {row.stage.name: row.stage.id for row in in_order}
+    shown = [row for row in takes if counting[row.stage.name] == row.stage.id]
     reference = surgery.reference_vertebra if setup is None else setup.setup.reference_vertebra
     triads, posed = _triads(session, surgery_id, reference or surgery.reference_vertebra)
-    found: Mapping[str, StoredSpine | None] = {}
+    computed: Mapping[str, StoredSpine | None] = {}
     if setup is not None:
-        counting = [
-            (stage, stage.id in posed)
-            for stage, *_ in takes
-            if stage.id in measured and shown[stage.name] == stage.id
-        ]
-        found = spines.stored(session, surgery_id, spines.plans_of(setup, counting))
-    rows = [
-        StageRow(
-            stage=stage,
-            state=state,
-            left=left,
-            right=right,
-            flags=flags,
-            version=version,
-            triads=triads.get(stage.id, []) if stage.id in measured else None,
-            spine=found.get(stage.id),
-        )
-        for stage, state, left, right, flags, version in takes
-        if shown[stage.name] == stage.id
+        measured = [(row.stage, row.stage.id in posed) for row in shown if row.version is not None]
+        computed = spines.stored(session, surgery_id, spines.plans_of(setup, measured))
+    stages = [
+        row
+        if row.version is None
+        else replace(row, triads=triads.get(row.stage.id, []), spine=computed.get(row.stage.id))
+        for row in shown
     ]
-    return SummaryRows(surgery, setup, rows)
+    return SummaryRows(surgery, setup, stages)
+
+
+def _stage_row(row: Sequence[Any]) -> StageRow:
+    left = len(_TAKE)
+    right = left + len(_IMAGE)
+    end = right + len(_IMAGE)
+    return StageRow(
+        Take(*row[:left]), StoredImage(*row[left:right]), StoredImage(*row[right:end]), *row[end:]
+    )
 
 
 def _triads(
@@ -130,7 +165,7 @@ def _triads(
     """Return the triads by take, and the takes that have a pose of the triad of a vertebra."""
     found: dict[str, list[str]] = {}
     posed = set()
-    for stage_id, triad, is_posed in session.execute(
+    for stage_id, triad, is_posed in session.connection().execute(
         _TRIADS, {"surgery_id": surgery_id, "vertebra": vertebra}
     ):
         found.setdefault(stage_id, []).append(triad)
@@ -139,14 +174,15 @@ def _triads(
     return found, frozenset(posed)
 
 
+_SURGERY = select(*Surgery.__table__.columns).where(Surgery.id == bindparam("surgery_id"))
 _LEFT, _RIGHT = aliased(Image), aliased(Image)
-_SHOWN = (Stage.name, Stage.take, Stage.calibration_id, Stage.captured_at, Stage.created_at)
+_TAKE = tuple(field.name for field in fields(Take))
+_IMAGE = tuple(field.name for field in fields(StoredImage))
 _TAKES = (  # outer joins, so that SQLite begins with the stages
     select(
-        Stage,
+        *(getattr(Stage, name) for name in _TAKE),
+        *(getattr(side, name) for side in (_LEFT, _RIGHT) for name in _IMAGE),
         Job.state,
-        _LEFT,
-        _RIGHT,
         Measurement.result["flags"],
         Measurement.result["version"].as_string(),
     )
@@ -156,7 +192,6 @@ _TAKES = (  # outer joins, so that SQLite begins with the stages
     .outerjoin(Measurement, Measurement.stage_id == Stage.id)
     .where(Stage.surgery_id == bindparam("surgery_id"))
     .order_by(Stage.created_at, Stage.id)
-    .options(load_only(*_SHOWN))
 )
 _TRIADS = (
     select(Triad.stage_id, cast(Triad.triad, Text), spines.is_posed(bindparam("vertebra")))

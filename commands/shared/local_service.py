@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from time import monotonic, sleep
 from types import TracebackType
@@ -16,6 +17,7 @@ from commands.shared.address import PortTakenError, require_free_port
 from commands.shared.api_client import ApiClient, ServiceError
 from commands.shared.files import OutputError, make_folder
 from commands.shared.key_making import temporary_key
+from commands.shared.supervisor import die_with_parent
 
 _HOST = "127.0.0.1"
 _TLS = frozenset({"SPINEWATCH_TLS_CERT", "SPINEWATCH_TLS_KEY"})
@@ -68,6 +70,7 @@ class LocalService:
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,  # Ctrl-C reaches only this process, which then stops the service
+                preexec_fn=die_with_parent,  # noqa: PLW1509 - the commands have one thread here
             )
         try:
             if not self._serves(port):
@@ -112,19 +115,24 @@ class LocalService:
                     raise ServiceError(f"the service did not start: {self._log_tail()}")
                 if monotonic() > deadline:
                     raise ServiceError(
-                        f"the service is not ready after {_START_SECONDS:.0f} s; see {self._log}"
+                        f"the service is not ready after {_START_SECONDS:.0f} s and is ended; see {self._log}"
                     )
                 sleep(0.05)
         return answered == self._instance
 
     def _stop(self) -> None:
-        self._key.close()
-        self._process.terminate()
+        """Revoke the key and end the service, whatever fails or interrupts this."""
         try:
-            self._process.wait(_STOP_SECONDS)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
+            self._key.close()
+        finally:
+            self._process.terminate()
+            try:
+                with suppress(subprocess.TimeoutExpired):
+                    self._process.wait(_STOP_SECONDS)
+            finally:
+                if self._process.poll() is None:
+                    os.killpg(self._process.pid, signal.SIGKILL)  # its session: what it started ends too
+                    self._process.wait()
 
     def _log_tail(self) -> str:
         lines = self._log.read_text(errors="replace").strip().splitlines()

@@ -42,11 +42,11 @@ def summary_json(rows: SummaryRows) -> str:
         stages=[],
         version=_VERSION,
     )
-    stages = [_stage_json(row, has_setup=rows.setup is not None) for row in rows.stages]
-    return json_text.with_members(summary, {"stages": json_text.array(stages)})
+    stages = json_text.array(_stage_json(row, has_setup=rows.setup is not None) for row in rows.stages)
+    return "".join(json_text.with_members(summary, {"stages": stages}))
 
 
-def _stage_json(row: StageRow, has_setup: bool) -> str:
+def _stage_json(row: StageRow, has_setup: bool) -> json_text.Parts:
     stage = row.stage
     found = SummaryStage(
         name=stage.name,
@@ -63,10 +63,8 @@ def _stage_json(row: StageRow, has_setup: bool) -> str:
         spine_reason=_reason(row, has_setup),
     )
     spine = None if row.spine is None else row.spine.json
-    return json_text.with_members(
-        found,
-        {"triads": "null" if row.triads is None else json_text.array(row.triads), "spine": spine or "null"},
-    )
+    triads = ["null"] if row.triads is None else json_text.array([triad] for triad in row.triads)
+    return json_text.with_members(found, {"triads": triads, "spine": [spine or "null"]})
 
 
 def _reason(row: StageRow, has_setup: bool) -> str | None:

@@ -16,12 +16,13 @@ class Image(Base):
     __tablename__ = "images"
 
     sha256: Mapped[str] = mapped_column(String(64), primary_key=True)
-    content: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
     media_type: Mapped[str] = mapped_column(String(64))
     width: Mapped[int]
     height: Mapped[int]
     size_bytes: Mapped[int] = mapped_column(BigInteger)
     created_at: Mapped[datetime]
+    # last: SQLite reads all of a row that stands before a column to get at it
+    content: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
 
 
 class SentImage(Base):

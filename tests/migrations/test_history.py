@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 from alembic import command
-from sqlalchemy import inspect
-from sqlalchemy.exc import IntegrityError
+from sqlalchemy import inspect, text
+from sqlalchemy.exc import DBAPIError, IntegrityError
 
 from contract.job import JobState
 from contract.spine import StageSpine
@@ -97,6 +97,24 @@ def test_the_way_back_loses_spines_and_their_jobs_and_nothing_else(empty: Databa
         assert spine_setups.find(session, surgery) is None
         assert spine_setups.put(session, surgery, spine_setup(), NOON, CLIENT)
         assert spines.submit(session, surgery, NOON) is not None
+
+
+@pytest.mark.parametrize("revision", ["0018", "0019"])
+def test_images_that_move_within_their_rows_stay_as_they_are(empty: Database, revision: str) -> None:
+    upgrade(empty.url)
+    surgery = new_surgery(empty)
+    new_stage(empty, surgery)
+    before = contents(empty)
+    move(empty, "0018")
+    move(empty, revision)
+    assert contents(empty) == before
+    with pytest.raises(DBAPIError, match="the record never changes"), empty.write() as session:
+        session.execute(text("UPDATE images SET width = 1"))
+    if empty.engine.dialect.name == "sqlite":
+        columns = [column["name"] for column in inspect(empty.engine).get_columns("images")]
+        assert columns[-1] == ("content" if revision == "0019" else "created_at")
+        with empty.read() as session:
+            assert session.execute(text("PRAGMA foreign_key_check")).all() == []
 
 
 def test_a_spine_of_no_measurement_is_refused(empty: Database) -> None:

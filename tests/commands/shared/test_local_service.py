@@ -1,17 +1,32 @@
+import os
+import signal
 import socket
 import sqlite3
+import subprocess
+import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
+from itertools import count
 from pathlib import Path
 
 import pytest
 
+from commands.shared import local_service
 from commands.shared.api_client import ApiClient, ServiceError
 from commands.shared.files import OutputError
 from commands.shared.local_service import LocalService, free_port
-from tests.paths import SAMPLES
+from tests.http.harness import wait_for
+from tests.paths import PROJECT, SAMPLES
 from tests.patience import PATIENCE_S
+
+_STARTER = """
+import sys
+from pathlib import Path
+from commands.shared.local_service import LocalService
+sys.executable = sys.argv[2]
+LocalService(Path(sys.argv[1]), 8500).__enter__()
+"""
 
 
 def test_a_port_in_use_is_skipped() -> None:
@@ -56,3 +71,48 @@ def test_services_that_start_together_each_answer_for_themselves(tmp_path: Path)
     for name, own in (("a", first), ("b", second)):
         with closing(sqlite3.connect(tmp_path / name / "spinewatch.sqlite")) as connection:
             assert connection.execute("SELECT id FROM calibrations").fetchall() == [(own,)]
+
+
+def program(folder: Path, lines: str) -> Path:
+    """Make a program that stands for the interpreter of a service which never answers."""
+    path = folder / "program"
+    path.write_text(f"#!/bin/sh\n{lines}\n")
+    path.chmod(0o755)
+    return path
+
+
+def is_there(process: int) -> bool:
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def test_what_does_not_get_ready_is_ended_with_all_that_it_started(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    started = tmp_path / "started"
+    deaf = program(
+        tmp_path, f"trap '' TERM\nsleep 600 &\necho $$ $! > {started}.new\nmv {started}.new {started}\nwait"
+    )
+    monkeypatch.setattr(sys, "executable", str(deaf))
+    calls = count()  # the first one sets the end of the time
+    monkeypatch.setattr(local_service, "monotonic", lambda: 1e9 if next(calls) and started.exists() else 0.0)
+    monkeypatch.setattr(local_service, "_STOP_SECONDS", 1.0)
+    with pytest.raises(ServiceError, match="not ready after 60 s and is ended"), LocalService(tmp_path, 8500):
+        pass
+    processes = [int(number) for number in started.read_text().split()]
+    wait_for(lambda: not any(map(is_there, processes)), "the end of what was started")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing ends with its parent")
+def test_the_service_ends_with_the_process_that_started_it(tmp_path: Path) -> None:
+    started = tmp_path / "started"
+    waiting = program(tmp_path, f"echo $$ > {started}.new\nmv {started}.new {started}\nexec sleep 600")
+    starter = subprocess.Popen([sys.executable, "-c", _STARTER, tmp_path, waiting], cwd=PROJECT)
+    wait_for(started.exists, "the service")
+    service = int(started.read_text())
+    assert is_there(service)
+    os.kill(starter.pid, signal.SIGKILL)
+    starter.wait()
+    wait_for(lambda: not is_there(service), "the end of the service")
