@@ -30,10 +30,10 @@ from spinewatch.matching.rig_check import RigCheck, RigCheckParameters
 from spinewatch.matching.selection import SpineAxis
 from spinewatch.progress import Progress, silent
 from spinewatch.triads.diagnosis import DiagnosisParameters, diagnose
-from spinewatch.triads.doubt import without_doubtful_poses
+from spinewatch.triads.doubt import without_doubtful_poses, without_lone_poses
 from spinewatch.triads.drift import search_and_check_rig
 from spinewatch.triads.explanation import Explanation, explain
-from spinewatch.triads.flags import triad_flags
+from spinewatch.triads.flags import TRIAD_FLAGS, triad_flags
 from spinewatch.triads.labels import KnownConfiguration, LabelledTriad, LabelParameters, label_triads
 from spinewatch.triads.pose_fit import fit_poses
 from spinewatch.triads.search import SearchParameters, TriadSearch, match_triads
@@ -232,6 +232,13 @@ def relabelled(measurement: StageMeasurement, request: StageRequest) -> StageMea
     )
     kept = tuple(flag for flag in measurement.flags if flag.code != LABELS_UNCERTAIN)
     return replace(measurement, triads=labelled, flags=(*kept, *flags))
+
+
+def _without_lone_poses(search: TriadSearch, request: StageRequest) -> TriadSearch:
+    """Return a search none of whose triads has a pose if most are doubtful, with the flags of its triads."""
+    triads = without_lone_poses(search.triads)
+    others = (flag for flag in search.flags if flag.code not in TRIAD_FLAGS)
+    return replace(search, triads=triads, flags=(*triad_flags(triads, request.expected), *others))
 
 
 class StageMeasurer:
@@ -466,6 +473,8 @@ class StageMeasurer:
         # A camera that has moved explains large residuals; the deviations of edited features are enlarged already.
         if not edited and (rig_check is None or not rig_check.drifted):
             detections, search = self._with_variance_factor(detections, search, request)
+        if not edited:
+            search = _without_lone_poses(search, request)
         diagnosis_flags = self._diagnose(detections, frames, search, request)
         progress("label", 0.9)
         labelled, label_flags = label_triads(

@@ -218,9 +218,12 @@ def _with_second_look(first: Features, second: Features, radius_px: Float, p: Ce
     distance = np.linalg.norm((first.xy_px[:, None] - new.xy_px) / radius_px, axis=-1)
     same = distance < p.merge_radius
     refined = np.arange(len(first)) < p.n_refined
-    new = new.take(np.flatnonzero(~same[refined].any(axis=0)))
-    kept = first.take(np.flatnonzero(refined | ~same[:, ~same[refined].any(axis=0)].any(axis=1)))
-    joined = kept.with_others(new)
+    added = ~same[refined].any(axis=0)
+    new, same = new.take(np.flatnonzero(added)), same[:, added]
+    kept = first.take(np.flatnonzero(refined | ~same.any(axis=1)))
+    # what takes the place of a feature is the better estimate of a ball that is no less probable
+    replaced = np.where(same, first.score[:, None], 0).max(axis=0, initial=0)
+    joined = kept.with_others(replace(new, score=np.maximum(new.score, replaced)))
     return joined.take(np.arange(min(p.n_kept, len(joined))))
 
 

@@ -186,12 +186,35 @@ def without_doubtful_poses(
     )
 
 
+def without_lone_poses(triads: Sequence[MeasuredTriad]) -> tuple[MeasuredTriad, ...]:
+    """Return triads, none of them with a pose if most are doubtful: the chance of one rests on the chain of the others.
+
+    Parameters
+    ----------
+    triads
+        Triads of a stage after the last look.
+
+    Returns
+    -------
+    tuple of MeasuredTriad
+        The triads. Those with a ball that a person placed keep their pose.
+    """
+    count = sum(triad.doubtful for triad in triads)
+    if 2 * count <= len(triads):
+        return tuple(triads)
+    cause = f"so are {count} of the {len(triads) - 1} others"
+    return tuple(
+        triad if triad.doubtful or _manual(triad) else _doubtful(triad, triad.chance_false or 0.0, cause)
+        for triad in triads
+    )
+
+
 def _manual(triad: MeasuredTriad) -> bool:
     return any(ball.manual_in for ball in triad.balls.values())
 
 
-def _doubtful(triad: MeasuredTriad, chance: float) -> MeasuredTriad:
-    """Return a triad without its pose, and without the balls that follow from it."""
+def _doubtful(triad: MeasuredTriad, chance: float, cause: str = "") -> MeasuredTriad:
+    """Return a triad without its pose, and without the balls that follow from it; the cause is its chance if empty."""
     balls = {name: ball for name, ball in triad.balls.items() if not ball.hidden_in}
-    reason = f"{DOUBTFUL}: the chance that it is at a wrong place or has a wrong ball is {chance:.0%}"
-    return replace(triad, balls=balls, pose=None, reason=reason, chance_false=chance)
+    cause = cause or f"the chance that it is at a wrong place or has a wrong ball is {chance:.0%}"
+    return replace(triad, balls=balls, pose=None, reason=f"{DOUBTFUL}: {cause}", chance_false=chance)

@@ -2,13 +2,15 @@
 
 The first look proposes places by their resemblance to a ball. Once some triads are found, geometry proposes further
 ones: a ball that one view shows lies on a segment of its epipolar line in the other; the third ball of a marker lies on
-a circle about the other two; the ball that is missing in a triad with a pose lies where the pose says.
+a circle about the other two; the ball that is missing in a triad with a pose lies where the pose says. One ball of a
+doubtful triad may be a wrong one, so that each is sought about the other two.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -39,7 +41,8 @@ class SecondLookParameters:
     free_depth_mm
         The same about the point where the optical axes meet, when no triad was found, mm.
     max_pairs
-        Number of pairs of balls about which the third one is sought, the most likely first.
+        Number of pairs of balls, beside those of incomplete and doubtful triads, about which the third one is sought,
+        the most likely first.
     max_turn_deg
         Largest rotation about the line through two balls from the orientation towards the cameras, degrees.
     step
@@ -112,7 +115,10 @@ def missing_ball_places(
         return None
     cameras = (rig.left, rig.right)
     size_mm = max(model.ball_diameter_mm for model in models)
-    points = [_hidden_balls(search), _third_balls(search.occluded, models, size_mm, parameters)]
+    pairs = _likeliest_pairs(search.occluded, parameters.max_pairs)
+    incomplete = search.selected.take(np.flatnonzero(~complete))
+    about = TriadCandidates.concatenate([pairs, incomplete])
+    points = [_hidden_balls(search), _third_balls(about, models, size_mm, parameters)]
     found: list[list[Float]] = [[camera.project(p) for p in points if len(p)] for camera in cameras]
     count = min(missing * parameters.features_per_triad, parameters.max_features)
     used = search.selected.take(np.flatnonzero(complete))
@@ -148,28 +154,39 @@ def _hidden_balls(search: TriadSearch) -> Float:
     return np.reshape(balls, (-1, 3))
 
 
+def _likeliest_pairs(candidates: TriadCandidates, count: int) -> TriadCandidates:
+    """Return the likeliest of the candidates that have only two balls, which both images show."""
+    in_both = ((candidates.left != HIDDEN) & (candidates.right != HIDDEN)).sum(axis=1)
+    either = ((candidates.left != HIDDEN) | (candidates.right != HIDDEN)).sum(axis=1)
+    pairs = np.flatnonzero((in_both == 2) & (either == 2))
+    return candidates.take(pairs[np.argsort(-candidates.log_odds[pairs], kind="stable")][:count])
+
+
 def _third_balls(
-    occluded: TriadCandidates, models: Sequence[TriadModel], size_mm: float, parameters: SecondLookParameters
+    triads: TriadCandidates, models: Sequence[TriadModel], size_mm: float, parameters: SecondLookParameters
 ) -> Float:
-    """Return positions (n, 3) of the third ball of the likeliest candidates that have two balls, mm."""
-    in_both = (occluded.left != HIDDEN) & (occluded.right != HIDDEN)
-    of_three = np.array([len(model.balls) == 3 for model in models], dtype=bool)[occluded.model]
-    either = ((occluded.left != HIDDEN) | (occluded.right != HIDDEN)).sum(axis=1)
-    pairs = np.flatnonzero(of_three & (in_both.sum(axis=1) == 2) & (either == 2))
-    pairs = pairs[np.argsort(-occluded.log_odds[pairs], kind="stable")][: parameters.max_pairs]
+    """Return positions (n, 3) of the third ball about each two balls of triads that both images show, mm."""
+    in_both = (triads.left != HIDDEN) & (triads.right != HIDDEN)
     positions = [np.empty((0, 3))]
-    for k in pairs:
-        model = models[occluded.model[k]].coordinates_mm
-        a, b = np.flatnonzero(in_both[k])
-        balls = occluded.origin_mm[k] + model @ occluded.rotation[k].T
-        axis = (balls[b] - balls[a]) / np.linalg.norm(balls[b] - balls[a])
-        arm = balls[3 - a - b] - balls[a]
-        radius = float(np.linalg.norm(np.cross(axis, arm)))
-        turn = np.radians(parameters.max_turn_deg)
-        count = 2 * int(np.ceil(turn * radius / (parameters.step * size_mm))) + 1
-        turns = rotation_from_vector(np.linspace(-turn, turn, count)[:, None] * axis)
-        positions.append(balls[a] + turns @ arm)
+    for k in range(len(triads)):
+        model = models[triads.model[k]].coordinates_mm
+        if len(model) != 3:
+            continue
+        balls = triads.origin_mm[k] + model @ triads.rotation[k].T
+        for a, b in combinations(np.flatnonzero(in_both[k]).tolist(), 2):
+            positions.append(_turned(balls, a, b, size_mm, parameters))
     return np.concatenate(positions)
+
+
+def _turned(balls_mm: Float, a: int, b: int, size_mm: float, parameters: SecondLookParameters) -> Float:
+    """Return positions (n, 3) of the third of three balls (3, 3), turned about the line through two of them, mm."""
+    axis = (balls_mm[b] - balls_mm[a]) / np.linalg.norm(balls_mm[b] - balls_mm[a])
+    arm = balls_mm[3 - a - b] - balls_mm[a]
+    radius = float(np.linalg.norm(np.cross(axis, arm)))
+    turn = np.radians(parameters.max_turn_deg)
+    count = 2 * int(np.ceil(turn * radius / (parameters.step * size_mm))) + 1
+    turns = rotation_from_vector(np.linspace(-turn, turn, count)[:, None] * axis)
+    return np.asarray(balls_mm[a] + turns @ arm)
 
 
 def _along_rays(

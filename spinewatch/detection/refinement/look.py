@@ -30,7 +30,7 @@ class LookParameters:
 
     min_balls: int = 8
     min_agreement: float = 0.85
-    max_sd: float = 0.035
+    max_sd: float = 0.03
 
 
 @dataclass(frozen=True, eq=False)

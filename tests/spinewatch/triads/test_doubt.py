@@ -10,7 +10,7 @@ from spinewatch.detection.features import Features
 from spinewatch.simulation.observations import FeatureNoise, Observation, observe
 from spinewatch.simulation.rigs import large_rig
 from spinewatch.simulation.spines import random_spine
-from spinewatch.triads.doubt import DoubtParameters, TriadEvidence
+from spinewatch.triads.doubt import DoubtParameters, TriadEvidence, without_doubtful_poses, without_lone_poses
 from spinewatch.triads.search import SearchParameters, TriadSearch, ball_images, match_triads
 
 RIG = large_rig()
@@ -81,3 +81,13 @@ def test_features_that_no_network_refined_raise_no_doubt() -> None:
     assert not any(triad.doubtful for triad in search(seen.left, seen.right, none).triads)
     found = search(refined(seen.left), refined(seen.right), none)
     assert all(triad.doubtful for triad in found.triads)
+
+
+def test_no_triad_keeps_its_pose_when_most_are_doubtful() -> None:
+    seen = observed()
+    triads = search(refined(seen.left), refined(seen.right)).triads
+    half = without_doubtful_poses(triads, np.array([0.5, 0.5, 0.05, 0.01]), 0.1)
+    assert [t.doubtful for t in without_lone_poses(half)] == [True, True, False, False]
+    most = without_lone_poses(without_doubtful_poses(triads, np.array([0.5, 0.5, 0.05, 0.5]), 0.1))
+    assert all(t.pose is None for t in most)
+    assert most[2].reason == "it is doubtful: so are 3 of the 3 others"

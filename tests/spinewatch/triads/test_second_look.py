@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from spinewatch.matching.epipolar import EpipolarParameters, nominal_ranges_mm
 from spinewatch.simulation.observations import FeatureNoise, HiddenBall, observe
 from spinewatch.simulation.rigs import large_rig
 from spinewatch.simulation.spines import random_spine
-from spinewatch.triads.pose import ball_centres
+from spinewatch.triads.pose import DOUBTFUL, ball_centres
 from spinewatch.triads.search import SearchParameters, match_triads
 from spinewatch.triads.second_look import SecondLookParameters, missing_ball_places
 
@@ -64,6 +65,20 @@ def test_the_third_ball_is_sought_about_the_other_two() -> None:
     found, centres = places(3, dropped=[4])
     for side in (0, 1):
         assert gap(found, side, centres[4, side]) < CAPTURE_PX
+
+
+def test_each_ball_of_a_doubtful_triad_is_sought_about_the_other_two() -> None:
+    rng = np.random.default_rng(5)
+    spine = random_spine(rng, 3)
+    seen = observe(RIG, spine, rng, FeatureNoise(0.1))
+    search = match_triads(seen.left, seen.right, RIG, SearchParameters(), expected=3, axis="x")
+    doubtful = replace(search.triads[1], pose=None, reason=DOUBTFUL, chance_false=0.5)
+    search = replace(search, triads=(search.triads[0], doubtful, search.triads[2]))
+    few = SecondLookParameters(features_per_triad=0)
+    found = missing_ball_places(search, seen.left, seen.right, RIG, RANGES_MM, [FLAT_10_14_18], few, 3)
+    for ball in ball_centres(spine, FLAT_10_14_18).reshape(-1, 3)[3:6]:
+        for side, camera in enumerate((RIG.left, RIG.right)):
+            assert gap(found, side, camera.project(ball)) < CAPTURE_PX
 
 
 def test_without_any_triad_the_epipolar_lines_are_examined() -> None:
