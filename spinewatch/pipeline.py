@@ -234,6 +234,10 @@ def relabelled(measurement: StageMeasurement, request: StageRequest) -> StageMea
     return replace(measurement, triads=labelled, flags=(*kept, *flags))
 
 
+def _pose_count(search: TriadSearch) -> int:
+    return sum(triad.pose is not None for triad in search.triads)
+
+
 def _without_lone_poses(search: TriadSearch, request: StageRequest) -> TriadSearch:
     """Return a search none of whose triads has a pose if most are doubtful, with the flags of its triads."""
     triads = without_lone_poses(search.triads)
@@ -404,8 +408,11 @@ class StageMeasurer:
         for _ in range(self.parameters.second_look.rounds):
             if (places := self._missing_balls(detections, search, request)) is None:
                 break
-            detections = self._detector.look_again(frames, detections, places, self._pool)
-            search = self._match(detections, frames, request, self.rig)
+            further = self._detector.look_again(frames, detections, places, self._pool)
+            found = self._match(further, frames, request, self.rig)
+            if _pose_count(found) < _pose_count(search):  # what it added are chance combinations
+                break
+            detections, search = further, found
         return self._measurement(
             detections, frames, search, request, progress, explained=explained, edited=False
         )
@@ -554,7 +561,7 @@ class StageMeasurer:
         request: StageRequest,
     ) -> tuple[Flag, ...]:
         """Return flags with the cause if none, or fewer than half of the expected triads were found."""
-        found = sum(triad.pose is not None for triad in search.triads)
+        found = _pose_count(search)
         if found and 2 * found >= (request.expected or 0):
             return ()
         if compare_images(
@@ -590,7 +597,7 @@ class StageMeasurer:
             return ()
         other: SpineAxis = "y" if request.spine_axis == "x" else "x"
         across = self._match(detections, frames, replace(request, spine_axis=other), self.rig)
-        n_across = sum(triad.pose is not None for triad in across.triads)
+        n_across = _pose_count(across)
         if n_across < max(found + 2, (request.expected or 0) / 2):
             return ()
         detail = (

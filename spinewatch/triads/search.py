@@ -20,6 +20,7 @@ from spinewatch.matching.selection import (
     SelectionParameters,
     SpineAxis,
     TriadCandidates,
+    point_log_odds,
     rate_candidates,
     select_triads,
     surplus_triads,
@@ -49,6 +50,9 @@ class SearchParameters:
         Poses of the selected triads.
     doubt
         Chance that a triad is false, and its limit.
+    max_points
+        Number of points that are used, the most likely first. Sharp images have 200 to 700; in strongly blurred ones,
+        whose deviations are large, thousands of points make a million chance tuples and no triad more.
     """
 
     matching: MatchingParameters = field(default_factory=MatchingParameters)
@@ -57,6 +61,7 @@ class SearchParameters:
     occlusion: OcclusionParameters = field(default_factory=OcclusionParameters)
     pose: PoseParameters = field(default_factory=PoseParameters)
     doubt: DoubtParameters = field(default_factory=DoubtParameters)
+    max_points: int = 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,6 +160,7 @@ def match_triads(  # noqa: PLR0913
     p = parameters
     ball_diameter = max(model.ball_diameter_mm for model in models)
     points = match_features(left, right, rig, ball_diameter, p.matching, images)
+    points = _most_likely(points, p)
     triplets = tuple(identify_triads(points, model, p.identification) for model in models)
     candidates = rate_candidates(triplets, points, models, rig, p.selection, expected)
     candidates = candidates.take(~removed_candidates(candidates, left, right, removed))
@@ -181,6 +187,14 @@ def match_triads(  # noqa: PLR0913
         evidence = triad_evidence(triads, selected, (left, right), points, rig, models, p.selection, axis)
         triads = without_doubtful_poses(triads, evidence.chances(p.doubt), p.doubt.max_chance)
     return TriadSearch(triads, selected, points, triplets, triad_flags(triads, expected), occluded)
+
+
+def _most_likely(points: Points, parameters: SearchParameters) -> Points:
+    """Return the points that are used, in their order."""
+    if len(points) <= parameters.max_points:
+        return points
+    order = np.argsort(-point_log_odds(points, parameters.selection), kind="stable")
+    return points.take(np.sort(order[: parameters.max_points]))
 
 
 def ball_images(search: TriadSearch, left: Features, right: Features) -> tuple[Features, Features]:

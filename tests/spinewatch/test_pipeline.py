@@ -1,6 +1,7 @@
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -12,6 +13,7 @@ from spinewatch.levels import LevelError
 from spinewatch.pipeline import Parameters, StageMeasurement, StageMeasurer, StageRequest, relabelled
 from spinewatch.rig_files.rig_json import parse_rig
 from spinewatch.triads.labels import KnownConfiguration
+from spinewatch.triads.second_look import SecondLookParameters
 from spinewatch.triads.variance_factor import VarianceFactorParameters
 from tests.paths import SAMPLES
 from tests.stage_images import T7_IN_INTER, sample, without
@@ -44,6 +46,15 @@ def test_a_prepared_measurer_gives_the_same_bits_as_a_new_one_with_or_without_a_
     assert both[0] == both[2]
     assert both[1] == poses(StageMeasurer(rig).measure(*second, REQUEST))
     assert len(both[0]) == len(both[1]) == 4
+
+
+def test_a_second_look_at_a_blurred_pair_loses_no_triad(rig: Rig) -> None:
+    left, right = (
+        replace(frame, pixels=cv2.GaussianBlur(frame.pixels, (0, 0), 1.8)) for frame in frames("PRE")
+    )
+    once = replace(Parameters(), second_look=SecondLookParameters(rounds=0))
+    before, after = (len(poses(StageMeasurer(rig, p).measure(left, right, REQUEST))) for p in (once, None))
+    assert after >= before >= 2
 
 
 def test_the_measurement_holds_what_it_was_made_with(rig: Rig) -> None:

@@ -33,6 +33,18 @@ def distances(search: TriadSearch, poses: Sequence[Pose]) -> Float:
     return np.asarray(np.linalg.norm(found[:, None] - [p.position_mm for p in poses], axis=-1))
 
 
+def test_of_too_many_points_the_most_likely_are_used() -> None:
+    rng, rig = np.random.default_rng(3), large_rig()
+    poses = random_spine(rng, 4)
+    observed = observe(rig, poses, rng, FeatureNoise(0.1, false_features=80))
+    every = match_triads(observed.left, observed.right, rig, PARAMETERS, expected=4)
+    few = match_triads(observed.left, observed.right, rig, replace(PARAMETERS, max_points=40), expected=4)
+    assert len(every.points) > len(few.points) == 40
+    pairs = [set(zip(one.points.left_index, one.points.right_index, strict=True)) for one in (every, few)]
+    assert pairs[1] < pairs[0]
+    assert (distances(few, poses) < 2.5).any(axis=0).sum() >= 3
+
+
 @pytest.mark.parametrize("rig", [small_rig(), large_rig(), table_3_3_rig()], ids=lambda r: r.name)
 @pytest.mark.parametrize("axis", ["x", "y"])
 def test_every_triad_and_no_other_among_many_false_features(rig: Rig, axis: Any) -> None:
