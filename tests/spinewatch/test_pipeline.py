@@ -50,7 +50,8 @@ def test_a_prepared_measurer_gives_the_same_bits_as_a_new_one_with_or_without_a_
 
 def test_a_second_look_at_a_blurred_pair_loses_no_triad(rig: Rig) -> None:
     left, right = (
-        replace(frame, pixels=cv2.GaussianBlur(frame.pixels, (0, 0), 1.8)) for frame in frames("PRE")
+        Frame(cv2.GaussianBlur(frame.pixels, (0, 0), 1.8).astype(np.uint8), frame.side)
+        for frame in frames("PRE")
     )
     once = replace(Parameters(), second_look=SecondLookParameters(rounds=0))
     before, after = (len(poses(StageMeasurer(rig, p).measure(left, right, REQUEST))) for p in (once, None))
