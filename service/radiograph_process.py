@@ -15,16 +15,14 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, Any
 
 import structlog
 from fastapi import HTTPException
 
 from spinewatch.errors import ImageError
 from spinewatch.imaging.pixel_spacing import SpacingSource
-
-if TYPE_CHECKING:
-    from spinewatch.imaging.radiograph_image import RadiographImage
+from spinewatch.imaging.radiograph_image import RadiographImage, read_radiograph
 
 MAX_CPU_SECONDS = 20
 """CPU time for a radiograph; the largest ones, of noise, take 6 s."""
@@ -139,8 +137,6 @@ def _from_start(file: IO[bytes]) -> int:
 
 def _result(answer: bytes) -> RadiographImage:
     """Return what the process answered; raises ``ImageError`` if that is why there is no result."""
-    from spinewatch.imaging.radiograph_image import RadiographImage  # noqa: PLC0415 - pydicom takes 0.2 s
-
     line, _, png = answer.partition(b"\n")
     found: dict[str, Any] = json.loads(line)
     if "code" in found:
@@ -159,8 +155,6 @@ def _result(answer: bytes) -> RadiographImage:
 
 def _answer(data: bytes) -> Iterator[bytes]:
     """Return what the process answers: a line of JSON and the PNG, or the reason why there is none."""
-    from spinewatch.imaging.radiograph_image import read_radiograph  # noqa: PLC0415 - see _result
-
     try:
         found = read_radiograph(data)
     except ImageError as error:

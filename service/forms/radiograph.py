@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
@@ -13,11 +13,9 @@ from service.radiograph_process import read_apart
 from spinewatch.errors import ImageError, SpinewatchError
 from spinewatch.imaging.header import ImageHeader
 from spinewatch.imaging.pixel_spacing import MAX_SPACING_MM, MIN_SPACING_MM, SpacingSource, plausible_spacing
+from spinewatch.imaging.radiograph_image import RadiographImage
 from store.images import NewImage
 from store.radiographs import NewRadiograph
-
-if TYPE_CHECKING:
-    from spinewatch.imaging.radiograph_image import RadiographImage
 
 _NUMBER = r"[0-9]{1,3}(\.[0-9]{1,12})?"
 
