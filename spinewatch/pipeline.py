@@ -30,7 +30,7 @@ from spinewatch.matching.rig_check import RigCheck, RigCheckParameters
 from spinewatch.matching.selection import SpineAxis
 from spinewatch.progress import Progress, silent
 from spinewatch.triads.diagnosis import DiagnosisParameters, diagnose
-from spinewatch.triads.doubt import without_doubtful_poses, without_lone_poses
+from spinewatch.triads.doubt import without_doubtful_poses, without_unsupported_poses
 from spinewatch.triads.drift import search_and_check_rig
 from spinewatch.triads.explanation import Explanation, explain
 from spinewatch.triads.flags import TRIAD_FLAGS, triad_flags
@@ -238,9 +238,9 @@ def _pose_count(search: TriadSearch) -> int:
     return sum(triad.pose is not None for triad in search.triads)
 
 
-def _without_lone_poses(search: TriadSearch, request: StageRequest) -> TriadSearch:
+def _without_unsupported_poses(search: TriadSearch, request: StageRequest) -> TriadSearch:
     """Return a search none of whose triads has a pose if most are doubtful, with the flags of its triads."""
-    triads = without_lone_poses(search.triads)
+    triads = without_unsupported_poses(search.triads)
     others = (flag for flag in search.flags if flag.code not in TRIAD_FLAGS)
     return replace(search, triads=triads, flags=(*triad_flags(triads, request.expected), *others))
 
@@ -481,7 +481,7 @@ class StageMeasurer:
         if not edited and (rig_check is None or not rig_check.drifted):
             detections, search = self._with_variance_factor(detections, search, request)
         if not edited:
-            search = _without_lone_poses(search, request)
+            search = _without_unsupported_poses(search, request)
         diagnosis_flags = self._diagnose(detections, frames, search, request)
         progress("label", 0.9)
         labelled, label_flags = label_triads(

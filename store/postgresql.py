@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import psycopg
 from sqlalchemy import URL, Connection
-
-if TYPE_CHECKING:
-    import psycopg  # 0.1 s of CPU, which an SQLite file does not need
 
 POOL = {"pool_size": 5, "max_overflow": 15, "pool_timeout": 10.0, "pool_pre_ping": True}
 """Options of the engine: at most 20 connections per process, each tried before it is used again."""

@@ -6,16 +6,12 @@ from bisect import bisect_left
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from sqlalchemy import select
-from sqlalchemy.dialects import sqlite
+from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session
 
 from store.tables.jobs import StepTime
-
-if TYPE_CHECKING:
-    from sqlalchemy.dialects import postgresql
 
 BOUNDS_S = (0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0, 60.0)
 """Largest time of each bucket, s; a further bucket has longer times. Rows refer to their order."""
@@ -57,7 +53,8 @@ def add(session: Session, kind: str, seconds: Mapping[str, float]) -> None:
     """
     if not seconds:
         return
-    new = _insert(session)
+    insert = postgresql.insert if session.get_bind().dialect.name == "postgresql" else sqlite.insert
+    new = insert(StepTime)
     added = {"count": StepTime.count + 1, "seconds": StepTime.seconds + new.excluded.seconds}
     rows = [  # in one order, so that two workers never wait for each other
         {
@@ -70,14 +67,6 @@ def add(session: Session, kind: str, seconds: Mapping[str, float]) -> None:
         for step in sorted(seconds)
     ]
     session.execute(new.on_conflict_do_update(index_elements=["kind", "step", "bucket"], set_=added), rows)
-
-
-def _insert(session: Session) -> sqlite.Insert | postgresql.Insert:
-    if session.get_bind().dialect.name != "postgresql":
-        return sqlite.insert(StepTime)
-    from sqlalchemy.dialects import postgresql  # noqa: PLC0415 - 0.1 s, which an SQLite file does not need
-
-    return postgresql.insert(StepTime)
 
 
 def listed(session: Session) -> list[StepHistogram]:

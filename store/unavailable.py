@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import sqlite3
 
+from psycopg.errors import IdleInTransactionSessionTimeout, UndefinedColumn, UndefinedTable
 from sqlalchemy.exc import DBAPIError, OperationalError, TimeoutError
-
-_IDLE_IN_TRANSACTION = "25P03"
-_MISSING = frozenset({"42P01", "42703"})
-"""Codes of PostgreSQL for a table and a column that are not there."""
 
 
 def is_unavailable(error: BaseException) -> bool:
@@ -32,7 +29,7 @@ def is_unavailable(error: BaseException) -> bool:
     if isinstance(error, OperationalError | TimeoutError):
         return True
     return isinstance(error, DBAPIError) and (
-        error.connection_invalidated or _sqlstate(error) == _IDLE_IN_TRANSACTION
+        error.connection_invalidated or isinstance(error.orig, IdleInTransactionSessionTimeout)
     )
 
 
@@ -53,9 +50,4 @@ def tables_are_missing(error: BaseException) -> bool:
         return False
     if isinstance(error.orig, sqlite3.OperationalError):
         return getattr(error.orig, "sqlite_errorcode", None) == sqlite3.SQLITE_ERROR
-    return _sqlstate(error) in _MISSING
-
-
-def _sqlstate(error: DBAPIError) -> str | None:
-    """Return the code of an error of PostgreSQL, without its driver, which an SQLite file does not need."""
-    return getattr(error.orig, "sqlstate", None)
+    return isinstance(error.orig, UndefinedTable | UndefinedColumn)

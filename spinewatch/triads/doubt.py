@@ -186,8 +186,8 @@ def without_doubtful_poses(
     )
 
 
-def without_lone_poses(triads: Sequence[MeasuredTriad]) -> tuple[MeasuredTriad, ...]:
-    """Return triads, none of them with a pose if most are doubtful: the chance of one rests on the chain of the others.
+def without_unsupported_poses(triads: Sequence[MeasuredTriad]) -> tuple[MeasuredTriad, ...]:
+    """Return triads, without poses if most are doubtful: the chance of each is computed from the chain of the others.
 
     Parameters
     ----------

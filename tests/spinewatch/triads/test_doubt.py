@@ -10,7 +10,12 @@ from spinewatch.detection.features import Features
 from spinewatch.simulation.observations import FeatureNoise, Observation, observe
 from spinewatch.simulation.rigs import large_rig
 from spinewatch.simulation.spines import random_spine
-from spinewatch.triads.doubt import DoubtParameters, TriadEvidence, without_doubtful_poses, without_lone_poses
+from spinewatch.triads.doubt import (
+    DoubtParameters,
+    TriadEvidence,
+    without_doubtful_poses,
+    without_unsupported_poses,
+)
 from spinewatch.triads.search import SearchParameters, TriadSearch, ball_images, match_triads
 
 RIG = large_rig()
@@ -87,7 +92,7 @@ def test_no_triad_keeps_its_pose_when_most_are_doubtful() -> None:
     seen = observed()
     triads = search(refined(seen.left), refined(seen.right)).triads
     half = without_doubtful_poses(triads, np.array([0.5, 0.5, 0.05, 0.01]), 0.1)
-    assert [t.doubtful for t in without_lone_poses(half)] == [True, True, False, False]
-    most = without_lone_poses(without_doubtful_poses(triads, np.array([0.5, 0.5, 0.05, 0.5]), 0.1))
+    assert [t.doubtful for t in without_unsupported_poses(half)] == [True, True, False, False]
+    most = without_unsupported_poses(without_doubtful_poses(triads, np.array([0.5, 0.5, 0.05, 0.5]), 0.1))
     assert all(t.pose is None for t in most)
     assert most[2].reason == "it is doubtful: so are 3 of the 3 others"
