@@ -120,6 +120,8 @@ def visiting(browser: Browser, service: Service, *, theme: str, signed_in: bool)
     visitor = Visitor(page, service)
     page.on("console", visitor.note_console)
     page.on("pageerror", lambda error: visitor.errors.append(str(error)))
+    # from the start: beside a key press, Chromium may get the key first and open a chooser that the test never sees
+    page.on("filechooser", lambda chooser: None)
     page.on("dialog", lambda dialog: visitor.errors.append(f"dialog: {dialog.message}"))
     context.route("**/*", visitor.note_request)
     try:
