@@ -41,6 +41,9 @@ WRONG_RADII = 0.8
 FALSE_MM = 2.5
 """A triad farther than this from every true one is false, whatever its ball images."""
 
+SPOILT = 8
+"""Number of times that the features of each training pair are spoilt."""
+
 RIDGE = 0.02
 """Weight of the squares of the weights in the fit."""
 
@@ -70,7 +73,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     rng = np.random.default_rng(1)
     first, *others = options.directory
-    training = joined(_rendered(first, tuple(WORSE), rng, 2))
+    training = joined(_rendered(first, tuple(WORSE), rng, SPOILT))
     parameters = fitted(training)
     print(parameters)
     checks = [(str(path), joined(_rendered(path, ("as it is",), rng, 0))) for path in (first, *others)]
@@ -93,22 +96,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def observations(evidence: TriadEvidence, parameters: DoubtParameters) -> Float:
-    """Return the observations (t, 3) of the model as it limits them."""
+    """Return the observations (t, 4) of the model as it limits them."""
     gain = evidence.gain.clip(-parameters.max_gain / 4, parameters.max_gain)
-    return np.column_stack([gain, evidence.misfit, evidence.spread])
+    return np.column_stack([gain, evidence.misfit, evidence.spread, evidence.deviation])
 
 
 def fitted(sample: Sample) -> DoubtParameters:
     """Return the model of the largest likelihood, with a ridge; every group of samples has the same weight."""
     p = DoubtParameters()
     X = np.column_stack([np.ones(len(sample.false)), observations(sample.evidence, p)])
-    ridge = RIDGE * np.diag([0.0, 1, 1, 1])
-    b = np.zeros(4)
+    ridge = RIDGE * np.diag([0.0, 1, 1, 1, 1])
+    b = np.zeros(5)
     for _ in range(100):
         chance = 1 / (1 + np.exp(-(X @ b).clip(-30, 30)))
-        H = (X.T * (chance * (1 - chance))) @ X + ridge + 1e-9 * np.eye(4)
+        H = (X.T * (chance * (1 - chance))) @ X + ridge + 1e-9 * np.eye(5)
         b = b + np.linalg.solve(H, X.T @ (sample.false - chance) - ridge @ b)
-    names = ("intercept", "gain", "misfit", "spread")
+    names = ("intercept", "gain", "misfit", "spread", "deviation")
     return replace(p, **{name: round(float(value), 3) for name, value in zip(names, b, strict=True)})
 
 
@@ -226,7 +229,7 @@ def _sample_of(
     n = len(search.triads)
     if not n:
         none = np.empty(0)
-        return Sample(TriadEvidence(none, none, none), none, (), ())
+        return Sample(TriadEvidence(none, none, none, none), none, (), ())
     evidence = triad_evidence(
         search.triads, search.selected, features, search.points, rig, MODELS, parameters.selection, axis
     )

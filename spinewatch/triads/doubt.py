@@ -2,7 +2,7 @@
 
 A triad in a wrong place is worse than none. The log-odds of the selection compare a triad with one by chance; they do
 not know how reliable the features are in images unlike those of their training. The chance here is a logistic function
-of three observations, two of them relative to the other triads of the stage, which have the same light and sharpness.
+of four observations, two of them relative to the other triads of the stage, which have the same light and sharpness.
 It was fitted to triads whose truth is known (``python -m bench.doubt``). It holds for features whose deviations the
 networks stated; of other features it is not known.
 """
@@ -26,6 +26,9 @@ from spinewatch.triads.pose import DOUBTFUL, MeasuredTriad
 _STATED_DOF = 12.0
 """Weight of the stated deviations against the residuals of the other triads, in degrees of freedom."""
 
+_USUAL_SD = 0.03
+"""Standard deviation per axis of the centres of usual balls, radii."""
+
 
 @dataclass(frozen=True)
 class DoubtParameters:
@@ -43,15 +46,18 @@ class DoubtParameters:
         Weight of `TriadEvidence.misfit`.
     spread
         Weight of `TriadEvidence.spread`.
+    deviation
+        Weight of `TriadEvidence.deviation`.
     max_gain
         Gains are limited to this, and to less than none by a quarter of it.
     """
 
     max_chance: float = 0.1
-    intercept: float = -0.309
-    gain: float = -0.473
-    misfit: float = 0.899
-    spread: float = 2.303
+    intercept: float = -4.112
+    gain: float = -0.371
+    misfit: float = 2.295
+    spread: float = 3.205
+    deviation: float = 2.464
     max_gain: float = 20.0
 
 
@@ -68,11 +74,14 @@ class TriadEvidence:
         is more than 1.
     spread
         Logarithm of the largest deviation of its ball images over the median of all of the triads.
+    deviation
+        Logarithm of the mean deviation of its ball images over that of usual balls, in radii of a ball.
     """
 
     gain: Float
     misfit: Float
     spread: Float
+    deviation: Float
 
     def chances(self, parameters: DoubtParameters) -> Float:
         """Return the chances that the triads are false.
@@ -89,7 +98,8 @@ class TriadEvidence:
 
         Examples
         --------
-        >>> evidence = TriadEvidence(np.array([14.0, 4.0]), np.array([0.5, 1.2]), np.array([0.3, 1.2]))
+        >>> observed = [14.0, 4.0], [0.5, 1.2], [0.3, 1.2], [0.0, 1.0]
+        >>> evidence = TriadEvidence(*map(np.array, observed))
         >>> evidence.chances(DoubtParameters()).round(3)
         array([0.003, 0.838])
         """
@@ -99,6 +109,7 @@ class TriadEvidence:
             + p.gain * self.gain.clip(-p.max_gain / 4, p.max_gain)
             + p.misfit * self.misfit
             + p.spread * self.spread
+            + p.deviation * self.deviation
         )
         return np.asarray(1 / (1 + np.exp(-log_odds)))
 
@@ -158,6 +169,7 @@ def triad_evidence(
         member_gains(selected, points, parameters, axis),
         np.log1p(chi2 / dof / np.maximum(factor, 1)),
         np.log([spread.max() / median for spread in spreads]),
+        np.log([spread.mean() / _USUAL_SD for spread in spreads]),
     )
 
 

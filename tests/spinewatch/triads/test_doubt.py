@@ -46,10 +46,10 @@ def with_unsure_ball(seen: Observation, ball: int) -> Features:
 
 
 def test_each_observation_of_doubt_raises_the_chance() -> None:
-    sound = np.array([15.0]), np.array([0.5]), np.array([0.3])
+    sound = np.array([15.0]), np.array([0.5]), np.array([0.3]), np.array([0.0])
     chance = TriadEvidence(*sound).chances(DoubtParameters())
     assert chance < 0.01
-    for number, worse in enumerate((2.0, 3.5, 2.5)):
+    for number, worse in enumerate((2.0, 3.5, 2.5, 1.5)):
         changed = [np.array([worse]) if k == number else value for k, value in enumerate(sound)]
         assert TriadEvidence(*changed).chances(DoubtParameters()) > 10 * chance
 
