@@ -16,7 +16,7 @@ from spinewatch.detection.detector import nominal_ball_px
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import SIDES, Side
 from spinewatch.matching.epipolar import nominal_ranges_mm
-from spinewatch.pipeline import Parameters
+from spinewatch.parameters import Parameters
 
 CLEAR = 0.9
 """A ball is clear when more than this fraction of its outline is visible."""

@@ -22,7 +22,8 @@ from spinewatch.calibration.solve.orientation import object_to_camera, with_orie
 from spinewatch.camera import Rig
 from spinewatch.geometry.transforms import RigidTransform
 from spinewatch.imaging.decoding import decode_image
-from spinewatch.pipeline import StageMeasurer, StageRequest
+from spinewatch.pipeline import StageMeasurer
+from spinewatch.stage import StageRequest
 
 SIDES = ("left", "right")
 FIRST = "C"

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from bench.truth import find_scenes, read_frames
 from spinewatch.arrays import Float
 from spinewatch.camera import Camera
-from spinewatch.pipeline import StageMeasurer, StageRequest
+from spinewatch.pipeline import StageMeasurer
+from spinewatch.stage import StageRequest
 from spinewatch.triads.labels import LabelledTriad
 
 PROJECT = Path(__file__).parents[1]

@@ -18,8 +18,8 @@ from PIL import Image
 from spinewatch.arrays import Float, Pixels
 from spinewatch.camera import Rig
 from spinewatch.imaging.decoding import decode_image
-from spinewatch.pipeline import StageRequest
 from spinewatch.rig_files.rig_json import parse_rig
+from spinewatch.stage import StageRequest
 
 SAMPLE = Path(__file__).parents[1] / "samples" / "D1"
 STAGES = ("PRE", "INTER", "POST")

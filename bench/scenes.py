@@ -24,7 +24,8 @@ from bench.tables import Bar, Grid, bars
 from bench.truth import Scene, find_scenes, read_frames, read_surgery
 from commands.shared.stopwatch import Stopwatch
 from spinewatch.errors import SpinewatchError
-from spinewatch.pipeline import StageMeasurer, StageRequest
+from spinewatch.pipeline import StageMeasurer
+from spinewatch.stage import StageRequest
 
 MIN_TRIADS = 8
 """Smallest number of triads whose RMS errors are judged: their sampling error is about 15%."""

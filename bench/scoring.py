@@ -14,8 +14,8 @@ from spinewatch.arrays import Float
 from spinewatch.detection.features import Features
 from spinewatch.geometry.rotations import vector_from_rotation
 from spinewatch.imaging.frame import SIDES
-from spinewatch.pipeline import StageMeasurement
 from spinewatch.spine.motion import relative_motion
+from spinewatch.stage import StageMeasurement
 from spinewatch.triads.labels import LabelledTriad
 from spinewatch.triads.pose import Pose
 

@@ -25,7 +25,8 @@ from numpy.typing import NDArray
 from bench.tables import Bar, Grid, bars
 from bench.truth import find_scenes, read_frames
 from spinewatch.arrays import Pixels
-from spinewatch.pipeline import StageMeasurer, StageRequest
+from spinewatch.pipeline import StageMeasurer
+from spinewatch.stage import StageRequest
 from workers.memory import keep_freed_memory
 
 SAMPLES = Path(__file__).parents[1] / "samples"

@@ -108,7 +108,7 @@ def process(  # noqa: PLR0913, PLR0917 - one argument per option
     )
     from commands.shared.methods import MethodOptions  # noqa: PLC0415 - as below
     from commands.shared.pair import measure_pair  # noqa: PLC0415 - loads OpenCV and SciPy, which --help does not need
-    from spinewatch.pipeline import StageRequest  # noqa: PLC0415 - as above
+    from spinewatch.stage import StageRequest  # noqa: PLC0415 - as above
 
     with warnings.catch_warnings():
         warnings.simplefilter(

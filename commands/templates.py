@@ -52,7 +52,7 @@ def build(
     from spinewatch.detection.candidates.template_building import BuildParameters, build_template_set  # noqa: PLC0415
     from spinewatch.detection.candidates.templates import write_template_set  # noqa: PLC0415
     from spinewatch.imaging.frame import SIDES  # noqa: PLC0415
-    from spinewatch.pipeline import Parameters  # noqa: PLC0415
+    from spinewatch.parameters import Parameters  # noqa: PLC0415
 
     cameras = read_rig(rig)
     diameter_mm = Parameters().ball_diameter_mm
@@ -74,7 +74,7 @@ def build_1995(
     from commands.shared.rig import read_rig  # noqa: PLC0415
     from commands.shared.template_report import print_proximities  # noqa: PLC0415
     from spinewatch.imaging.frame import SIDES  # noqa: PLC0415
-    from spinewatch.pipeline import Parameters  # noqa: PLC0415
+    from spinewatch.parameters import Parameters  # noqa: PLC0415
     from spinewatch.thesis_1995.template_trees import TreeParameters, build_trees, write_trees  # noqa: PLC0415
 
     cameras = read_rig(rig)

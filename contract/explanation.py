@@ -16,7 +16,7 @@ from spinewatch.matching.rejections import HEURISTICS, FeatureRejection, Heurist
 
 if TYPE_CHECKING:
     import spinewatch.detection.candidates.search
-    import spinewatch.pipeline
+    import spinewatch.stage
     import spinewatch.triads.explanation
 
 MAX_POINTS = 2000
@@ -169,7 +169,7 @@ class Explanation(Schema):
     ]
 
     @classmethod
-    def of(cls, measurement: spinewatch.pipeline.StageMeasurement) -> Explanation | None:
+    def of(cls, measurement: spinewatch.stage.StageMeasurement) -> Explanation | None:
         """Return the contract model of the explanation of a measurement; None when it has none."""
         found = measurement.explanation
         if found is None:

@@ -20,7 +20,7 @@ from contract.triad import Triad
 
 if TYPE_CHECKING:
     import spinewatch.matching.rig_check
-    import spinewatch.pipeline
+    import spinewatch.stage
 
 
 class MarkerScale(Schema):
@@ -120,7 +120,7 @@ class StageResult(Schema):
     @classmethod
     def of(
         cls,
-        measurement: spinewatch.pipeline.StageMeasurement,
+        measurement: spinewatch.stage.StageMeasurement,
         version: str,
         settings: Mapping[str, Any] | None = None,
     ) -> StageResult:

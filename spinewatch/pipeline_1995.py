@@ -23,8 +23,8 @@ from spinewatch.matching.points import Points, parallax_log_odds
 from spinewatch.matching.rig_check import RigCheckParameters
 from spinewatch.matching.selection import MAX_BALLS, TriadCandidates
 from spinewatch.parallel import both
-from spinewatch.pipeline import StageMeasurement, StageRequest, flags_of_views, require_two_images
 from spinewatch.progress import Progress, silent
+from spinewatch.stage import StageMeasurement, StageRequest, flags_of_views, require_two_images
 from spinewatch.thesis_1995.candidate_sets import CandidateSetParameters
 from spinewatch.thesis_1995.detect_point import DetectPoint, DetectPointParameters, detect_point
 from spinewatch.thesis_1995.explanation import explain_matching

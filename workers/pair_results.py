@@ -8,7 +8,7 @@ from contract.explanation import Explanation
 from contract.features import ExposurePair, FeaturePair, FieldPair
 from contract.pair_result import PairFeatures, PairResult
 from contract.stage import StageResult
-from spinewatch.pipeline import StageMeasurement
+from spinewatch.stage import StageMeasurement
 
 
 def pair_results(measured: Sequence[StageMeasurement], result: StageResult) -> tuple[PairResult, ...]:

@@ -10,8 +10,9 @@ from contract.features import FeaturePair
 from contract.revision import CentreEdit, MovedCentre, RemovedCentre, RemovedTriad, TriadEdits
 from spinewatch.detection import manual
 from spinewatch.imaging.frame import Frame, Side
-from spinewatch.pipeline import StageMeasurement, StageMeasurer, StageRequest
+from spinewatch.pipeline import StageMeasurer
 from spinewatch.progress import Progress
+from spinewatch.stage import StageMeasurement, StageRequest
 from store.errors import FeaturesMissingError
 from store.measurements import MeasuredStage
 from workers.stage_decisions import Decision, decisions_of, excluded, removed_by

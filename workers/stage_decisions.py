@@ -13,7 +13,7 @@ from contract.revision import RemovedTriad, TriadEdits
 from contract.stage import StageResult
 from spinewatch.arrays import Float
 from spinewatch.matching import exclusion
-from spinewatch.pipeline import LABELS_UNCERTAIN, StageMeasurement
+from spinewatch.stage import LABELS_UNCERTAIN, StageMeasurement
 from spinewatch.triads.labels import LabelledTriad
 from store.measurements import MeasuredStage
 from workers.stage_edits import TAKEN_AWAY, position_mm, removed_triads

@@ -13,7 +13,7 @@ from contract.revision import RemovedTriad, TriadEdits
 from contract.stage import StageResult
 from contract.triad import Ball, Triad
 from spinewatch.arrays import Float
-from spinewatch.pipeline import LABELS_UNCERTAIN
+from spinewatch.stage import LABELS_UNCERTAIN
 from spinewatch.triads import pose
 from spinewatch.triads.flags import TRIAD_FLAGS, triad_flags
 from store.measurements import MeasuredStage

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from contract.burst import LabelSource
-from spinewatch.pipeline import LABELS_UNCERTAIN, StageMeasurement, StageRequest, relabelled
+from spinewatch.stage import LABELS_UNCERTAIN, StageMeasurement, StageRequest, relabelled
 from spinewatch.triads.labels import KnownConfiguration
 from spinewatch.triads.pose import Pose
 from store.stage_work import StageWork

@@ -13,7 +13,7 @@ from pydantic_core import to_jsonable_python
 from contract.stage import StageResult
 from spinewatch.detection.candidates.templates import TemplateSet, default_template_set
 from spinewatch.errors import ParameterError, SpinewatchError
-from spinewatch.pipeline import Parameters
+from spinewatch.parameters import Parameters
 
 _PARAMETERS = TypeAdapter(Parameters)
 
@@ -36,7 +36,7 @@ def revised_parameters(parameters: Parameters, changes: Mapping[str, Any]) -> Pa
 
     Returns
     -------
-    pipeline.Parameters
+    spinewatch.parameters.Parameters
         All parameters.
 
     Raises

@@ -13,8 +13,8 @@ from bench.contenders import PUBLISHED, WHOLE_IMAGE
 from bench.tables import Bar, Grid
 from spinewatch.arrays import Float
 from spinewatch.imaging.frame import Frame
-from spinewatch.pipeline import StageRequest
 from spinewatch.pipeline_1995 import PublishedMeasurer, PublishedParameters
+from spinewatch.stage import StageRequest
 from spinewatch.thesis_1995.detect_point import DetectPointParameters, detect_point
 
 BUDGETS = (15, 30, 60)

@@ -11,8 +11,8 @@ from commands.programs_1995.inputs import STATISTICS
 from commands.shared.methods import Method, MethodOptions, read_templates
 from spinewatch.camera import Rig
 from spinewatch.imaging.frame import Frame
-from spinewatch.pipeline import StageRequest
 from spinewatch.pipeline_1995 import PublishedMeasurer, PublishedParameters
+from spinewatch.stage import StageRequest
 from spinewatch.thesis_1995.template_trees import read_trees
 
 

@@ -16,7 +16,7 @@ from contract.features import Feature
 from contract.stage import StageResult
 from spinewatch.arrays import Pixels
 from spinewatch.imaging.frame import Frame
-from spinewatch.pipeline import StageMeasurement, StageRequest
+from spinewatch.stage import StageMeasurement, StageRequest
 
 _CHOSEN, _REJECTED, _ALONE = (115, 158, 0), (0, 159, 230), (160, 160, 160)
 """Blue, green and red of features that are balls, of those in rejected triads only, and of the others."""

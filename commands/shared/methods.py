@@ -16,8 +16,10 @@ from spinewatch.camera import Rig
 from spinewatch.detection.candidates.templates import TemplateError, read_template_set
 from spinewatch.errors import ParameterError
 from spinewatch.imaging.frame import Frame
-from spinewatch.pipeline import Parameters, StageMeasurement, StageMeasurer, StageRequest
+from spinewatch.parameters import Parameters
+from spinewatch.pipeline import StageMeasurer
 from spinewatch.progress import Progress
+from spinewatch.stage import StageMeasurement, StageRequest
 
 Templates = TypeVar("Templates")
 SizeReduction = Literal["sd", "mean", "none"]

@@ -18,7 +18,7 @@ from spinewatch.errors import ImageError, ImageSizeError, SameImageError
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import Frame
 from spinewatch.imaging.header import inspect_image
-from spinewatch.pipeline import StageRequest
+from spinewatch.stage import StageRequest
 
 _LAST = ("parameters", "features")
 """Long parts of a stage document, printed after the rest."""

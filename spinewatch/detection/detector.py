@@ -155,7 +155,9 @@ class BallDetector:
 
         proposals = both(propose_in, 0, 1, pool)
         count = max(map(len, places)) + p.n_shared
-        seen = refine(proposals, replace(p, n_refined=count, n_rotated=count, n_kept=count), pool, any_look=True)
+        seen = refine(
+            proposals, replace(p, n_refined=count, n_rotated=count, n_kept=count), pool, any_look=True
+        )
         detections = []
         for number, view in enumerate(seen):
             before = found[number]

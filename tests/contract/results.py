@@ -11,7 +11,8 @@ from spinewatch.detection.features import Features
 from spinewatch.flags import Flag
 from spinewatch.geometry.rotations import rotation_from_vector
 from spinewatch.imaging.exposure import Exposure
-from spinewatch.pipeline import Parameters, StageMeasurement
+from spinewatch.parameters import Parameters
+from spinewatch.stage import StageMeasurement
 from spinewatch.triads.labels import LabelledTriad
 from spinewatch.triads.pose import Ball, MeasuredTriad, Pose
 

@@ -7,7 +7,7 @@ from spinewatch.detection.features import HIDDEN, DiscardedCandidates
 from spinewatch.markers import FLAT_10_14_18
 from spinewatch.matching.points import Points
 from spinewatch.matching.rejections import FeatureRejection, TriadRejection
-from spinewatch.pipeline import StageMeasurement
+from spinewatch.stage import StageMeasurement
 from spinewatch.triads import explanation
 from spinewatch.triads.explanation import FeatureUse, TriadVerdict
 from tests.contract.results import measurement

@@ -11,7 +11,7 @@ from contract.stage import RigCheck, StageResult
 from spinewatch.detection.features import Features
 from spinewatch.matching import rig_check
 from spinewatch.matching.marker_scale import MarkerScale
-from spinewatch.pipeline import StageMeasurement
+from spinewatch.stage import StageMeasurement
 from tests.contract.results import measurement
 
 

@@ -9,14 +9,13 @@ from spinewatch.camera import Rig
 from spinewatch.errors import ImageSizeError, ParameterError, SameImageError
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import SIDES, Frame
-from spinewatch.levels import LevelError
-from spinewatch.pipeline import Parameters, StageMeasurement, StageMeasurer, StageRequest, relabelled
+from spinewatch.parameters import Parameters
+from spinewatch.pipeline import StageMeasurer
 from spinewatch.rig_files.rig_json import parse_rig
-from spinewatch.triads.labels import KnownConfiguration
+from spinewatch.stage import StageMeasurement, StageRequest
 from spinewatch.triads.second_look import SecondLookParameters
 from spinewatch.triads.variance_factor import VarianceFactorParameters
 from tests.paths import SAMPLES
-from tests.stage_images import T7_IN_INTER, sample, without
 
 REQUEST = StageRequest(labels=("L1", "T11", "T9", "T7"), spine_axis="x")
 
@@ -114,14 +113,6 @@ def test_impossible_pairs_are_refused(rig: Rig) -> None:
         measurer.measure(right, left, REQUEST)
 
 
-@pytest.mark.parametrize(
-    "request_", [{"labels": ("L1", "L1")}, {"labels": ("",)}, {"triads": 0}, {"labels": ("L1",), "triads": 2}]
-)
-def test_a_request_that_contradicts_itself_is_refused(request_: dict[str, object]) -> None:
-    with pytest.raises(ParameterError):
-        StageRequest(**request_)  # type: ignore[arg-type]
-
-
 def test_a_spine_along_the_other_axis_is_named(rig: Rig) -> None:
     left, right = (
         Frame(decode_image((SAMPLES / "D1" / "PRE" / f"{side}.png").read_bytes()), side) for side in SIDES
@@ -131,13 +122,6 @@ def test_a_spine_along_the_other_axis_is_named(rig: Rig) -> None:
     assert "along x: 4" in flags["spine-axis-implausible"]
     assert "no-triads" not in flags
     assert {triad.label for triad in measured.triads} == {None}
-
-
-def test_names_are_checked_and_spelled_canonically() -> None:
-    request = StageRequest(labels=("l1", "T13", "t09"), extra_levels=("T13",))
-    assert (request.labels, request.expected) == (("L1", "T13", "T9"), 3)
-    with pytest.raises(LevelError, match="order"):
-        StageRequest(labels=("L1", "T9", "T11"))
 
 
 def test_a_rig_with_parallel_axes_needs_a_range(rig: Rig) -> None:
@@ -175,20 +159,3 @@ def test_one_exposure_with_other_noise_is_no_pair(rig: Rig) -> None:
     again = np.clip(left.pixels + noise, 0, 255).astype(np.uint8)
     with pytest.raises(SameImageError, match="same image"):
         StageMeasurer(rig).measure(left, Frame(again, "right"), REQUEST)
-
-
-def test_labels_are_decided_again_with_the_poses_of_another_stage(rig: Rig) -> None:
-    measurer = StageMeasurer(rig)
-    before = measurer.measure(*frames("PRE"), REQUEST)
-    left, right = (
-        Frame(decode_image(content), side)
-        for content, side in zip(without(sample("INTER"), T7_IN_INTER), SIDES, strict=True)
-    )
-    open_ = measurer.measure(left, right, REQUEST)
-    assert [triad.label for triad in open_.triads] == [None] * 3
-    known = {triad.label: triad.triad.pose for triad in before.triads if triad.label and triad.triad.pose}
-    decided = relabelled(open_, replace(REQUEST, known=KnownConfiguration(poses=known)))
-    assert [triad.label for triad in decided.triads] == ["L1", "T11", "T9"]
-    assert poses(decided) == poses(open_)
-    assert {flag.code for flag in open_.flags} - {flag.code for flag in decided.flags} == {"labels-uncertain"}
-    assert relabelled(open_, REQUEST).flags == open_.flags

@@ -9,9 +9,9 @@ from spinewatch.errors import ImageSizeError, ParameterError, SameImageError
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import Frame
 from spinewatch.markers import FLAT_10_14_18, orthogonal_triad
-from spinewatch.pipeline import StageRequest
 from spinewatch.pipeline_1995 import METHOD, PublishedMeasurer, PublishedParameters
 from spinewatch.rig_files.rig_json import parse_rig
+from spinewatch.stage import StageRequest
 from spinewatch.thesis_1995.preprocessing import PreprocessingParameters
 from spinewatch.triads.labels import KnownConfiguration
 from tests.paths import SAMPLES

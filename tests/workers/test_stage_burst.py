@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from spinewatch.flags import Flag
-from spinewatch.pipeline import StageMeasurement
+from spinewatch.stage import StageMeasurement
 from spinewatch.triads.labels import LabelledTriad
 from spinewatch.triads.pose import Pose
 from store.stage_work import PairWork

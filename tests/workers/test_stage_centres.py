@@ -10,8 +10,9 @@ from contract.revision import TriadEdits
 from contract.stage import StageResult
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import Frame
-from spinewatch.pipeline import StageMeasurement, StageMeasurer, StageRequest
+from spinewatch.pipeline import StageMeasurer
 from spinewatch.progress import silent
+from spinewatch.stage import StageMeasurement, StageRequest
 from store.errors import FeaturesMissingError
 from store.measurements import MeasuredStage
 from tests.stage_images import sample

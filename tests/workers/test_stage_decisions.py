@@ -5,7 +5,7 @@ import numpy as np
 from contract.revision import LabelEdit, TriadEdits
 from contract.stage import StageResult
 from spinewatch.flags import Flag
-from spinewatch.pipeline import StageMeasurement
+from spinewatch.stage import StageMeasurement
 from spinewatch.triads.labels import LabelledTriad
 from spinewatch.triads.pose import MeasuredTriad, Pose
 from store.measurements import MeasuredStage

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from spinewatch.flags import Flag
-from spinewatch.pipeline import StageMeasurement, StageRequest
+from spinewatch.stage import StageMeasurement, StageRequest
 from spinewatch.triads.labels import label_triads
 from spinewatch.triads.pose import MeasuredTriad, Pose
 from store.stage_work import LabelledStage, StageWork

@@ -4,7 +4,7 @@ import pytest
 
 from spinewatch.detection.candidates.templates import default_template_set
 from spinewatch.errors import ParameterError
-from spinewatch.pipeline import Parameters
+from spinewatch.parameters import Parameters
 from tests.store.builders import stage_result
 from workers.stage_revision import (
     UnknownTemplatesError,

@@ -34,10 +34,12 @@ from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import Frame, Side
 from spinewatch.markers import FLAT_10_14_18
 from spinewatch.parallel import both
-from spinewatch.pipeline import Parameters, StageMeasurer, StageRequest
+from spinewatch.parameters import Parameters
+from spinewatch.pipeline import StageMeasurer
 from spinewatch.progress import Progress, part
 from spinewatch.rig_files.rig_json import parse_rig
 from spinewatch.rig_plausibility import check_measurable_rig
+from spinewatch.stage import StageRequest
 from spinewatch.tracking.synchronization import SynchronizationParameters, delay_flags, parallax_gain
 from store import measurements, relabelling, spines, stage_work
 from store.leases import Lease

@@ -8,7 +8,7 @@ from commands.shared.pair import measure_pair
 from contract.explanation import Explanation
 from contract.features import FeaturePair
 from spinewatch.errors import ImageSizeError, SameImageError
-from spinewatch.pipeline import StageRequest
+from spinewatch.stage import StageRequest
 from tests.paths import SAMPLES
 
 D1 = SAMPLES / "D1"

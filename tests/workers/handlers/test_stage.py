@@ -15,7 +15,7 @@ from spinewatch.detection.candidates.templates import (
     write_template_set,
 )
 from spinewatch.imaging.comparison import ComparisonParameters
-from spinewatch.pipeline import Parameters
+from spinewatch.parameters import Parameters
 from spinewatch.tracking.synchronization import SynchronizationParameters
 from store import calibrations, jobs, leases, measurements
 from store.calibration_checks import OLD
