@@ -435,6 +435,29 @@ def point_log_odds(points: Points, parameters: SelectionParameters) -> Float:
     return np.asarray(points.log_odds + score_log_odds(points.score, parameters))
 
 
+def likeliest_points(points: Points, parameters: SelectionParameters, count: int) -> Points:
+    """Return the points that are most likely balls.
+
+    Parameters
+    ----------
+    points
+        Triangulated points.
+    parameters
+        Distribution of the scores.
+    count
+        Largest number of points.
+
+    Returns
+    -------
+    Points
+        At most ``count`` of them, in their order.
+    """
+    if len(points) <= count:
+        return points
+    order = np.argsort(-point_log_odds(points, parameters), kind="stable")
+    return points.take(np.sort(order[:count]))
+
+
 def score_log_odds(score: Float, parameters: SelectionParameters) -> Float:
     """Return the log-odds of features as balls, from their scores.
 

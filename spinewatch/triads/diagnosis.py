@@ -28,6 +28,7 @@ from spinewatch.matching.points import Points, match_features
 from spinewatch.matching.selection import (
     SpineAxis,
     chain_log_odds,
+    likeliest_points,
     rate_candidates,
     score_log_odds,
     tilt_log_odds,
@@ -337,6 +338,7 @@ def _chain(
         points = match_features(*trial.pair, trial.rig, diameter, search.matching)
     except (SpinewatchError, np.linalg.LinAlgError):
         return 0, 0.0
+    points = likeliest_points(points, search.selection, search.max_points)
     triplets = [identify_triads(points, model, search.identification) for model in trial.models]
     candidates = rate_candidates(triplets, points, trial.models, trial.rig, search.selection, expected)
     return chain_log_odds(candidates, points, search.selection, expected=expected, axis=axis)

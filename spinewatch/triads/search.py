@@ -20,7 +20,7 @@ from spinewatch.matching.selection import (
     SelectionParameters,
     SpineAxis,
     TriadCandidates,
-    point_log_odds,
+    likeliest_points,
     rate_candidates,
     select_triads,
     surplus_triads,
@@ -160,7 +160,7 @@ def match_triads(  # noqa: PLR0913
     p = parameters
     ball_diameter = max(model.ball_diameter_mm for model in models)
     points = match_features(left, right, rig, ball_diameter, p.matching, images)
-    points = _most_likely(points, p)
+    points = likeliest_points(points, p.selection, p.max_points)
     triplets = tuple(identify_triads(points, model, p.identification) for model in models)
     candidates = rate_candidates(triplets, points, models, rig, p.selection, expected)
     candidates = candidates.take(~removed_candidates(candidates, left, right, removed))
@@ -187,14 +187,6 @@ def match_triads(  # noqa: PLR0913
         evidence = triad_evidence(triads, selected, (left, right), points, rig, models, p.selection, axis)
         triads = without_doubtful_poses(triads, evidence.chances(p.doubt), p.doubt.max_chance)
     return TriadSearch(triads, selected, points, triplets, triad_flags(triads, expected), occluded)
-
-
-def _most_likely(points: Points, parameters: SearchParameters) -> Points:
-    """Return the points that are used, in their order."""
-    if len(points) <= parameters.max_points:
-        return points
-    order = np.argsort(-point_log_odds(points, parameters.selection), kind="stable")
-    return points.take(np.sort(order[: parameters.max_points]))
 
 
 def ball_images(search: TriadSearch, left: Features, right: Features) -> tuple[Features, Features]:

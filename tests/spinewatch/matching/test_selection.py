@@ -14,7 +14,9 @@ from spinewatch.matching.points import MatchingParameters, Points, match_feature
 from spinewatch.matching.selection import (
     SelectionParameters,
     TriadCandidates,
+    likeliest_points,
     pad_features,
+    point_log_odds,
     rate_candidates,
     score_log_odds,
     select_triads,
@@ -106,6 +108,20 @@ def test_scores_above_the_mean_raise_the_log_odds_of_a_ball() -> None:
     assert low < 0 < high
     assert score_log_odds(np.ones(3), PARAMETERS).tolist() == pytest.approx([-0.245] * 3)
     assert len(score_log_odds(np.empty(0), PARAMETERS)) == 0
+
+
+def test_the_likeliest_points_are_those_of_the_largest_log_odds_in_their_order() -> None:
+    rng = np.random.default_rng(5)
+    seen = observe(large_rig(), random_spine(rng, 4), rng, FeatureNoise(0.1, false_features=20))
+    points = match_features(seen.left, seen.right, large_rig(), 8.0, MatchingParameters())
+    p = SelectionParameters()
+    few = likeliest_points(points, p, 10)
+    left_out = np.sort(point_log_odds(points, p))[: len(points) - 10]
+    assert len(few) == 10
+    at = [int(np.flatnonzero((points.position_mm == one).all(axis=1))[0]) for one in few.position_mm]
+    assert at == sorted(at)
+    assert point_log_odds(points, p)[at].min() >= left_out.max()
+    assert likeliest_points(points, p, len(points)) is points
 
 
 def test_true_triads_are_the_most_likely_candidates() -> None:

@@ -45,6 +45,17 @@ def test_exchanged_images(seed: int) -> None:
     assert found.detail.startswith("left and right are exchanged")
 
 
+def test_of_too_many_points_the_most_likely_are_used() -> None:
+    seen = observed()
+    few = SearchParameters(max_points=2)  # of two points no triad can be made
+    found = diagnose(seen.right, seen.left, RIG, few, [FLAT_10_14_18], expected=4, axis="x")
+    assert (found.cause, found.triads) == ("hidden", 0)
+    enough = diagnose(
+        seen.right, seen.left, RIG, replace(few, max_points=25), [FLAT_10_14_18], expected=4, axis="x"
+    )
+    assert enough.cause == "exchanged"
+
+
 @pytest.mark.parametrize(("half_turn", "how"), [(False, "mirrored"), (True, "turned upside down")])
 def test_mirrored_and_turned_images(half_turn: bool, how: str) -> None:
     seen = observed()
