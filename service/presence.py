@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
+
 from sqlalchemy.orm import Session
 
 from store import retention
 from store.errors import SurgeryDeletedError
 
 _SURGERY = "/v1/surgeries/{surgery_id}"
+_CONTROL = re.compile("[\x00-\x1f\x7f]")
 _PLACE = _SURGERY.split("/").index("{surgery_id}")
 
 
@@ -15,7 +18,10 @@ def surgery_of(template: str | None, path: str) -> str | None:
     """Return the identifier of the surgery that a path belongs to, None for another; ``template`` is its route's."""
     if template is None or not (template == _SURGERY or template.startswith(f"{_SURGERY}/")):
         return None
-    return path.split("/")[_PLACE]
+    surgery_id = path.split("/")[_PLACE]
+    return (
+        None if _CONTROL.search(surgery_id) else surgery_id
+    )  # which no identifier has, and PostgreSQL takes none
 
 
 def deletion(session: Session, surgery_id: str) -> SurgeryDeletedError | None:

@@ -138,7 +138,7 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(HTTPException, _handler(_http_problem))
     app.add_exception_handler(RequestValidationError, _handler(_validation_problem))
     app.add_exception_handler(SpinewatchError, _handler(_named_problem))
-    app.add_exception_handler(SQLAlchemyError, _handler(_database_error))
+    app.add_exception_handler(SQLAlchemyError, _handler(database_problem))
 
 
 def _handler(
@@ -201,14 +201,10 @@ def _named_problem(error: SpinewatchError) -> tuple[Problem, Mapping[str, str] |
     return problem(status, str(error), error.code, errors), headers
 
 
-def _database_error(error: SQLAlchemyError) -> tuple[Problem, Mapping[str, str]]:
+def database_problem(error: SQLAlchemyError) -> tuple[Problem, Mapping[str, str]]:
+    """Return the problem of a database that cannot be used now; another error, which is a defect, is raised again."""
     if not is_unavailable(error):
         raise error
-    return database_problem(error)
-
-
-def database_problem(error: SQLAlchemyError) -> tuple[Problem, Mapping[str, str]]:
-    """Return the problem of a database that cannot be used now."""
     _log.error("database_unavailable", error=str(getattr(error, "orig", error)))
     return problem(503, "the database is not available; try again", "database-unavailable"), {
         "Retry-After": "1"

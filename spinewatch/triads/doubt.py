@@ -101,7 +101,7 @@ class TriadEvidence:
         >>> observed = [14.0, 4.0], [0.5, 1.2], [0.3, 1.2], [0.0, 1.0]
         >>> evidence = TriadEvidence(*map(np.array, observed))
         >>> evidence.chances(DoubtParameters()).round(3)
-        array([0.003, 0.838])
+        array([0.001, 0.97 ])
         """
         p = parameters
         log_odds = (

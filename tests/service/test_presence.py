@@ -26,6 +26,8 @@ def database(tmp_path: Path) -> Iterator[Database]:
         ("/v1/surgeries", "/v1/surgeries", None),
         ("/v1/jobs/{job_id}", "/v1/jobs/a", None),
         (None, "/v1/surgeries/a", None),
+        ("/v1/surgeries/{surgery_id}", "/v1/surgeries/\x00", None),
+        ("/v1/surgeries/{surgery_id}", "/v1/surgeries/a\n", None),
     ],
 )
 def test_the_surgery_is_that_of_the_path(template: str | None, path: str, surgery: str | None) -> None:
