@@ -105,11 +105,11 @@ def fitted(sample: Sample) -> DoubtParameters:
     """Return the model of the largest likelihood, with a ridge; every group of samples has the same weight."""
     p = DoubtParameters()
     X = np.column_stack([np.ones(len(sample.false)), observations(sample.evidence, p)])
-    ridge = RIDGE * np.diag([0.0, 1, 1, 1, 1])
-    b = np.zeros(5)
+    ridge = RIDGE * np.diag([0.0, *np.ones(X.shape[1] - 1)])
+    b = np.zeros(X.shape[1])
     for _ in range(100):
         chance = 1 / (1 + np.exp(-(X @ b).clip(-30, 30)))
-        H = (X.T * (chance * (1 - chance))) @ X + ridge + 1e-9 * np.eye(5)
+        H = (X.T * (chance * (1 - chance))) @ X + ridge + 1e-9 * np.eye(len(b))
         b = b + np.linalg.solve(H, X.T @ (sample.false - chance) - ridge @ b)
     names = ("intercept", "gain", "misfit", "spread", "deviation")
     return replace(p, **{name: round(float(value), 3) for name, value in zip(names, b, strict=True)})

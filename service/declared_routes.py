@@ -18,6 +18,9 @@ from starlette.routing import BaseRoute
 SCOPE_KEY = "spinewatch.route"
 """Key of a request's scope under which its ``DeclaredRoute`` lies."""
 
+CONTROL = re.compile("[\x00-\x1f\x7f]")
+"""A control character: no identifier has one, and PostgreSQL refuses a text with NUL."""
+
 _KEPT_PATHS = 64
 """Paths whose routes are kept; a path is at most as long as a request line."""
 

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import re
-
 from sqlalchemy.orm import Session
 
+from service.declared_routes import CONTROL
 from store import retention
 from store.errors import SurgeryDeletedError
 
 _SURGERY = "/v1/surgeries/{surgery_id}"
-_CONTROL = re.compile("[\x00-\x1f\x7f]")
 _PLACE = _SURGERY.split("/").index("{surgery_id}")
 
 
@@ -19,9 +17,7 @@ def surgery_of(template: str | None, path: str) -> str | None:
     if template is None or not (template == _SURGERY or template.startswith(f"{_SURGERY}/")):
         return None
     surgery_id = path.split("/")[_PLACE]
-    return (
-        None if _CONTROL.search(surgery_id) else surgery_id
-    )  # which no identifier has, and PostgreSQL takes none
+    return None if CONTROL.search(surgery_id) else surgery_id
 
 
 def deletion(session: Session, surgery_id: str) -> SurgeryDeletedError | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from email.message import Message as HeaderParser
 from urllib.parse import parse_qsl
@@ -11,11 +10,10 @@ from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from contract.problem import Problem
-from service.declared_routes import SCOPE_KEY, DeclaredRoute, DeclaredRoutes
+from service.declared_routes import CONTROL, SCOPE_KEY, DeclaredRoute, DeclaredRoutes
 from service.limits import MAX_QUERY_PARAMETERS
 from service.problems import field_errors, problem, problem_response
 
-_CONTROL = re.compile("[\x00-\x1f\x7f]")
 _UTF_8 = frozenset({"utf-8", "utf8"})
 _Answer = tuple[Problem, dict[str, str]]
 
@@ -60,7 +58,7 @@ class DeclaredRequest:
 
 def _everywhere(scope: Scope) -> _Answer | None:
     """Return why a request is refused at any path."""
-    if not scope["path"].startswith("/") or _CONTROL.search(scope["path"]):
+    if not scope["path"].startswith("/") or CONTROL.search(scope["path"]):
         return problem(400, "the path has no slash at its start, or a control character; see /docs"), {}
     expected = Headers(scope=scope).get("expect", "100-continue").lower()
     if expected != "100-continue":
@@ -84,7 +82,7 @@ def _query(route: DeclaredRoute, scope: Scope) -> _Answer | None:
         elif count > 1 and not route.query[name]:
             wrong.append((("query", name), "the parameter is given twice; keep one", "parameter_repeated"))
     for name, value in pairs:
-        if name in route.query and _CONTROL.search(value):
+        if name in route.query and CONTROL.search(value):
             wrong.append((("query", name), "a control character; remove it", "control_character"))
     if not wrong:
         return None
