@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from datetime import datetime
 
 from sqlalchemy import insert, select
@@ -33,10 +33,13 @@ class MeasuredStage:
         The result.
     pairs
         What each pair was measured from, in the order in which they were taken.
+    strips
+        Strips of the images of the first pair as they are stored, by side; none for a revision.
     """
 
     result: StageResult
     pairs: Sequence[PairResult] = ()
+    strips: Mapping[str, bytes] = field(default_factory=dict)
 
     def packed(self) -> PackedStage:
         """Return what is stored of it.
@@ -46,7 +49,7 @@ class MeasuredStage:
         PackedStage
             The rows.
         """
-        return pack(self.result, self.pairs)
+        return pack(self.result, self.pairs, self.strips)
 
 
 def add(session: Session, stage_id: str, rows: PackedStage, now: datetime, actor: Actor) -> None:
@@ -67,7 +70,10 @@ def add(session: Session, stage_id: str, rows: PackedStage, now: datetime, actor
     """
     connection = session.connection()  # bulk inserts of the session take three times as long
     connection.execute(insert(Measurement), {"stage_id": stage_id, "result": rows.result, "created_at": now})
-    features = [{"side": side, "count": count, "points": points} for side, count, points in rows.features]
+    features = [
+        {"side": side, "count": count, "points": points, "strip": strip}
+        for side, count, points, strip in rows.features
+    ]
     triads = [
         {"position": position, "label": label, "triad": triad}
         for position, (label, triad) in enumerate(rows.triads)

@@ -5,8 +5,9 @@ Pickling models for the worker took longer than making the rows.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from pydantic_core import to_json
 
@@ -30,7 +31,7 @@ class PackedStage:
     result
         The result without its features, triads and burst.
     features
-        Side, number and JSON of the features of each image.
+        Side, number and JSON of the features of each image, and a strip of it; None without one.
     triads
         Label and JSON of each triad, in their order.
     burst
@@ -40,13 +41,17 @@ class PackedStage:
     """
 
     result: Document
-    features: Sequence[tuple[str, int, JsonText]]
+    features: Sequence[tuple[str, int, JsonText, bytes | None]]
     triads: Sequence[tuple[str | None, JsonText]]
     burst: JsonText | None
     pairs: Sequence[bytes]
 
 
-def pack(result: StageResult, pairs: Sequence[PairResult] = ()) -> PackedStage:
+def pack(
+    result: StageResult,
+    pairs: Sequence[PairResult] = (),
+    strips: Mapping[str, bytes] = MappingProxyType({}),
+) -> PackedStage:
     """Return what is stored of a measured stage.
 
     Parameters
@@ -55,6 +60,8 @@ def pack(result: StageResult, pairs: Sequence[PairResult] = ()) -> PackedStage:
         The result.
     pairs
         What each pair was measured from, in the order in which they were taken.
+    strips
+        Strips of the images of the first pair as they are stored, by side.
 
     Returns
     -------
@@ -65,7 +72,7 @@ def pack(result: StageResult, pairs: Sequence[PairResult] = ()) -> PackedStage:
     return PackedStage(
         result=result.model_dump(mode="json", exclude=set(_IN_TABLES)),
         features=[
-            (side, len(points), _json(points))
+            (side, len(points), _json(points), strips.get(side))
             for side, points in (("left", found.left), ("right", found.right))
         ],
         triads=[(triad.label, _json(triad)) for triad in result.triads],

@@ -23,7 +23,7 @@ from store.measurements import MeasuredStage
 from store.stages import measuring_of, sha256_by_side
 from store.tables.base import Document
 from store.tables.jobs import Job
-from store.tables.measurements import Triad
+from store.tables.measurements import FeatureList, Triad
 from store.tables.stages import Stage
 
 
@@ -41,12 +41,15 @@ class EarlierStage:
         SHA-256 of its image files, hexadecimal, by side.
     is_compared
         Whether its gray levels are compared with those of the stage in work.
+    strips
+        Strips of its images by side, as they are stored, if it is compared; without those that are not stored.
     """
 
     name: str
     captured_at: datetime | None
     sha256: Mapping[str, str]
     is_compared: bool = False
+    strips: Mapping[str, bytes] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -272,10 +275,20 @@ def with_files(session: Session, work: StageWork, wanted: Collection[str]) -> St
 def _earlier(session: Session, stage: Stage, max_compared: int) -> tuple[EarlierStage, ...]:
     """Return the stages submitted before a stage; takes of its own name show the same moment."""
     rows = session.execute(_TAKEN_BEFORE, _place(stage)).all()
-    first = len(rows) - max_compared
+    first = max(len(rows) - max_compared, 0)
+    strips: dict[str, dict[str, bytes]] = {row.id: {} for row in rows[first:]}
+    for stage_id, side, strip in session.execute(_STRIPS, {"stage_ids": list(strips)}):
+        if strip is not None:
+            strips[stage_id][side] = strip
     return tuple(
-        EarlierStage(name, captured or exposed, {"left": left, "right": right}, place >= first)
-        for place, (name, captured, exposed, left, right) in enumerate(rows)
+        EarlierStage(
+            name,
+            captured or exposed,
+            {"left": left, "right": right},
+            stage_id in strips,
+            strips.get(stage_id, {}),
+        )
+        for stage_id, name, captured, exposed, left, right in rows
     )
 
 
@@ -348,7 +361,17 @@ _LATEST_BEFORE = (
     )  # revisions have the time of their take
 )
 _TAKEN_BEFORE = (
-    select(Stage.name, Stage.captured_at, Stage.left_exposed_at, Stage.left_sha256, Stage.right_sha256)
+    select(
+        Stage.id,
+        Stage.name,
+        Stage.captured_at,
+        Stage.left_exposed_at,
+        Stage.left_sha256,
+        Stage.right_sha256,
+    )
     .where(*_BEFORE, Stage.revised_take.is_(None))  # a revision has the images of its take
     .order_by(Stage.created_at, Stage.id)
+)
+_STRIPS = select(FeatureList.stage_id, FeatureList.side, FeatureList.strip).where(
+    FeatureList.stage_id.in_(bindparam("stage_ids", expanding=True))
 )

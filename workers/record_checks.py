@@ -16,12 +16,14 @@ from spinewatch.imaging.comparison import (
     ComparisonParameters,
     ImageComparison,
     compare_images,
-    differ_at_first_look,
+    may_be_equal,
+    may_be_repeated,
 )
+from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import SIDES, Side
 from store.stage_work import EarlierStage, StageWork
-from workers.decoded_images import DecodedImages
 from workers.registry import FilesWantedError
+from workers.strips import unpacked
 
 _IDENTICAL = ImageComparison(exact=True, repeated=True, noise_gray=0.0, displacement_px=0.0)
 _OTHER: Mapping[Side, Side] = {"left": "right", "right": "left"}
@@ -35,36 +37,10 @@ class _Repetition:
     comparison: ImageComparison
 
 
-def require_files(work: StageWork, images: DecodedImages) -> None:
-    """Ask for the images of earlier stages that are to be compared and are not there, unless that was done before.
-
-    Parameters
-    ----------
-    work
-        The stage and the earlier ones.
-    images
-        The images of earlier stages that are kept.
-
-    Raises
-    ------
-    FilesWantedError
-        Some are not.
-    """
-    compared = _compared(work)
-    wanted = compared - images.kept(compared).keys()
-    if wanted and work.files is None:
-        raise FilesWantedError(wanted)
-
-
-def repetition_flags(
-    work: StageWork,
-    pixels: Mapping[Side, Pixels],
-    images: DecodedImages,
-    parameters: ComparisonParameters | None = None,
-) -> Iterator[Flag]:
-    """Yield a flag when an image of an earlier stage was sent again, exactly or all but noise.
-
-    Files are compared with those of all earlier stages, gray levels with those of the stages that are to be compared.
+def require_files(
+    work: StageWork, pixels: Mapping[Side, Pixels], parameters: ComparisonParameters | None = None
+) -> None:
+    """Ask for the images of earlier stages from which strips do not tell those of the stage, unless that was done.
 
     Parameters
     ----------
@@ -72,8 +48,40 @@ def repetition_flags(
         The stage and the earlier ones.
     pixels
         Gray levels of its images, shape (H, W), by side.
-    images
-        Decodes those of the earlier stages, and keeps those of the stage for later ones.
+    parameters
+        Parameters of the comparison.
+
+    Raises
+    ------
+    FilesWantedError
+        Some are to be compared.
+    """
+    if work.files is not None:
+        return
+    wanted = {
+        stage.sha256[side]
+        for stage in work.earlier
+        if stage.is_compared
+        for side in SIDES
+        if _is_in_doubt(stage, side, pixels, parameters)
+    }
+    if wanted:
+        raise FilesWantedError(frozenset(wanted))
+
+
+def repetition_flags(
+    work: StageWork, pixels: Mapping[Side, Pixels], parameters: ComparisonParameters | None = None
+) -> Iterator[Flag]:
+    """Yield a flag when an image of an earlier stage was sent again, exactly or all but noise.
+
+    Files are compared with those of all earlier stages, gray levels with those of the files that were asked for.
+
+    Parameters
+    ----------
+    work
+        The stage and the earlier ones, with the files for which `require_files` asked.
+    pixels
+        Gray levels of its images, shape (H, W), by side.
     parameters
         Parameters of the comparison.
 
@@ -82,9 +90,7 @@ def repetition_flags(
     Flag
         ``frame-repeated`` for a side that repeats itself, ``pair-mixed`` for an image that was sent as the other side.
     """
-    shown = _decoded(work, images)
-    for side in SIDES:
-        images.keep(work.sha256[side], pixels[side])
+    shown = _decoded(work.files or {})
     earlier = [(stage, _by_side(stage, shown)) for stage in reversed(work.earlier)]
     found = {side: _repetition(side, work.sha256[side], pixels[side], earlier, parameters) for side in SIDES}
     repeated = {side: repetition for side, repetition in found.items() if repetition is not None}
@@ -99,9 +105,9 @@ def repetition_flags(
         yield Flag("frame-repeated", f"{parts}{one_side}; send the images that were taken at this stage")
     for side in SIDES:
         other = _OTHER[side]
-        for stage, shown in earlier:
+        for stage, images in earlier:
             same_file = stage.sha256[other] == work.sha256[side]
-            if same_file or (other in shown and np.array_equal(shown[other], pixels[side])):
+            if same_file or (other in images and np.array_equal(images[other], pixels[side])):
                 detail = f"the {side} image is the {other} image of stage {stage.name}; send each image as its own side"
                 yield Flag("pair-mixed", detail)
                 break
@@ -171,19 +177,28 @@ def time_flags(work: StageWork, tolerance: timedelta) -> Iterator[Flag]:
         )
 
 
-def _compared(work: StageWork) -> frozenset[str]:
-    """Return the SHA-256 of the images of earlier stages that are to be compared."""
-    return frozenset(
-        sha256 for stage in work.earlier if stage.is_compared for sha256 in stage.sha256.values()
+def _is_in_doubt(
+    stage: EarlierStage,
+    side: Side,
+    pixels: Mapping[Side, Pixels],
+    parameters: ComparisonParameters | None,
+) -> bool:
+    """Return whether an image of an earlier stage may be one of the images, or show the same."""
+    stored = stage.strips.get(side)
+    strip = None if stored is None else unpacked(stored)
+    if strip is None:
+        return True
+    return may_be_repeated(strip, pixels[side], parameters) or may_be_equal(
+        strip, pixels[_OTHER[side]], parameters
     )
 
 
-def _decoded(work: StageWork, images: DecodedImages) -> dict[str, Pixels]:
-    """Return the images of earlier stages that are to be compared, are there and can be decoded, by SHA-256."""
-    found = images.kept(_compared(work))  # before others take their place
-    for sha256, content in (work.files or {}).items():
+def _decoded(files: Mapping[str, bytes]) -> dict[str, Pixels]:
+    """Return the images that can be decoded, by SHA-256."""
+    found = {}
+    for sha256, content in files.items():
         with suppress(ImageError):  # its own job failed by this name
-            found[sha256] = images.decoded(sha256, content)
+            found[sha256] = decode_image(content)
     return found
 
 
@@ -206,7 +221,7 @@ def _repetition(
         if stage.sha256[side] == sha256:
             return _Repetition(stage.name, _IDENTICAL)
     for stage, images in earlier:
-        if side in images and not differ_at_first_look(images[side], pixels, parameters):
+        if side in images:
             comparison = compare_images(images[side], pixels, parameters)
             if comparison.repeated:
                 return _Repetition(stage.name, comparison)

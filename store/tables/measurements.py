@@ -26,7 +26,11 @@ class Triad(Base):
 
 
 class FeatureList(Base):
-    """The features of one image (``contract.features.Feature``), best score first."""
+    """The features of one image (``contract.features.Feature``), best score first, and a strip of it.
+
+    ``strip`` is None for a revision, whose images are those of the take that it revises, for an image without a whole
+    tile, and for results of versions before migration 0020.
+    """
 
     __tablename__ = "features"
 
@@ -34,6 +38,7 @@ class FeatureList(Base):
     side: Mapped[str] = mapped_column(String(8), primary_key=True)
     count: Mapped[int]
     points: Mapped[list[Any]] = mapped_column(JSON, deferred=True)
+    strip: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
 
 
 def _feature_count(stage_id: Mapped[str], side: str) -> ScalarSelect[int]:

@@ -12,6 +12,7 @@ from contract.spine import StageSpine
 from migrations.history import config, head, upgrade
 from store import jobs, leases, spine_setups, spines, stages, summaries
 from store.database import Database
+from store.measurements import MeasuredStage
 from store.revision import REVISION, current_revision, require_revision
 from store.spines import ComputedSpine
 from store.tables.spines import Spine
@@ -26,6 +27,7 @@ from tests.store.builders import (
     new_stage,
     new_surgery,
     spine_setup,
+    stage_result,
     succeed,
 )
 
@@ -115,6 +117,19 @@ def test_images_that_move_within_their_rows_stay_as_they_are(empty: Database, re
         assert columns[-1] == ("content" if revision == "0019" else "created_at")
         with empty.read() as session:
             assert session.execute(text("PRAGMA foreign_key_check")).all() == []
+
+
+def test_the_way_back_loses_strips_and_nothing_else(empty: Database) -> None:
+    upgrade(empty.url)
+    lease = claimed(empty, new_stage(empty, new_surgery(empty)).job.id)
+    succeed(empty, lease, result=MeasuredStage(stage_result(), strips={"left": b"strip"}))
+    before = contents(empty)
+    move(empty, "0019")
+    after = contents(empty)
+    assert [row.pop("strip") is None for row in before["features"]] == [False, True]
+    assert after == before
+    upgrade(empty.url)
+    assert [row["strip"] for row in contents(empty)["features"]] == [None, None]
 
 
 def test_a_spine_of_no_measurement_is_refused(empty: Database) -> None:

@@ -15,8 +15,10 @@ def test_rows_have_every_part_of_the_result_once() -> None:
     rows = pack(result, [PairResult()])
     whole = result.model_dump(mode="json")
     assert set(rows.result) == set(whole) - {"features", "triads", "burst"}
-    assert {side: json.loads(points) for side, _, points in rows.features} == whole["features"]
-    assert [count for _, count, _ in rows.features] == [len(points) for points in whole["features"].values()]
+    assert {side: json.loads(points) for side, _, points, _ in rows.features} == whole["features"]
+    assert [count for _, count, _, _ in rows.features] == [
+        len(points) for points in whole["features"].values()
+    ]
     assert [json.loads(triad) for _, triad in rows.triads] == whole["triads"]
     assert [label for label, _ in rows.triads] == [triad.label for triad in result.triads]
     assert rows.burst is None

@@ -11,13 +11,14 @@ import pytest
 from PIL import Image
 
 from spinewatch.arrays import Pixels
+from spinewatch.imaging.comparison import textured_strip
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import Side
 from store.stage_work import EarlierStage, StageWork
 from tests.store.builders import sample_pair
-from workers.decoded_images import DecodedImages
 from workers.record_checks import burst_repetition_flags, repetition_flags, require_files, time_flags
 from workers.registry import FilesWantedError
+from workers.strips import packed
 
 NOON = datetime(2026, 11, 21, 12, tzinfo=UTC)
 HOUR = timedelta(hours=1)
@@ -69,7 +70,7 @@ def work(
 
 def repeated(files: Files, *before: EarlierStage) -> Mapping[str, str]:
     pixels: dict[Side, Pixels] = {"left": decode_image(files[0]), "right": decode_image(files[1])}
-    found = repetition_flags(work(files, before), pixels, DecodedImages(1 << 20))
+    found = repetition_flags(work(files, before), pixels)
     return {flag.code: flag.detail for flag in found}
 
 
@@ -131,33 +132,44 @@ def test_an_earlier_stage_that_cannot_be_decoded_is_not_compared() -> None:
     assert repeated(PRE, earlier("BROKEN", (b"no", b"image"))) == {}
 
 
-def test_images_that_are_to_be_compared_are_asked_for_once() -> None:
-    images = DecodedImages(1 << 20)
-    images.decoded(hashes(PRE)["left"], PRE[0])
-    before = [earlier("PRE", PRE), earlier("OTHER", (b"x", b"y"), loaded=False)]
-    asking = replace(work(INTER, before), files=None)
-    with pytest.raises(FilesWantedError) as wanted:
-        require_files(asking, images)
-    assert wanted.value.sha256 == {hashes(PRE)["right"]}
-    require_files(
-        replace(asking, files={}), images
-    )  # a damaged file is not there, however often it is asked for
-    images.decoded(hashes(PRE)["right"], PRE[1])
-    require_files(asking, images)
+def with_strips(name: str, files: Files) -> EarlierStage:
+    strips = {side: textured_strip(decode_image(content)) for side, content in by_side(files).items()}
+    stored = {side: packed(strip) for side, strip in strips.items() if strip is not None}
+    return replace(earlier(name, files), strips=stored)
 
 
-def test_an_image_whose_place_others_take_is_compared_all_the_same() -> None:
-    images = DecodedImages(decode_image(PRE[0]).nbytes)  # of one image
-    images.decoded(hashes(PRE)["left"], PRE[0])
-    files = other_files(PRE, 1.0)
-    asking = replace(work(files, [earlier("PRE", PRE)]), files=None)
-    with pytest.raises(FilesWantedError) as wanted:
-        require_files(asking, images)
-    answered = replace(asking, files={sha256: LOADED[sha256] for sha256 in wanted.value.sha256})
+def wanted(files: Files, *before: EarlierStage) -> frozenset[str]:
     pixels: dict[Side, Pixels] = {"left": decode_image(files[0]), "right": decode_image(files[1])}
-    (flag,) = repetition_flags(answered, pixels, images)
-    assert "the left image is that of stage PRE" in flag.detail
-    assert "the right image is that of stage PRE" in flag.detail
+    asking = replace(work(files, before), files=None)
+    require_files(
+        replace(asking, files={}), pixels
+    )  # a damaged file is not there, however often it is asked for
+    try:
+        require_files(asking, pixels)
+    except FilesWantedError as error:
+        return error.sha256
+    return frozenset()
+
+
+def test_images_without_strips_are_asked_for_if_they_are_to_be_compared() -> None:
+    broken = replace(
+        earlier("BROKEN", INTER), strips={"left": b"no strip", "right": b"no strip of any image"}
+    )
+    assert wanted(INTER, earlier("PRE", PRE)) == set(hashes(PRE).values())
+    assert wanted(PRE, broken) == set(hashes(INTER).values())
+    assert wanted(INTER, earlier("OTHER", (b"x", b"y"), loaded=False)) == set()
+
+
+def test_images_whose_strips_differ_are_not_asked_for() -> None:
+    assert wanted(INTER, with_strips("PRE", PRE), with_strips("POST", sample_pair("POST"))) == set()
+
+
+def test_images_that_are_repeated_or_mixed_are_asked_for_and_flagged() -> None:
+    before = with_strips("PRE", PRE)
+    assert wanted(other_files(PRE, 1.0), before) == set(hashes(PRE).values())
+    assert wanted((other_files(PRE, 1.0)[0], INTER[1]), before) == {hashes(PRE)["left"]}
+    mixed, _ = other_files((PRE[1], PRE[0]), 0.0)
+    assert wanted((mixed, INTER[1]), before) == {hashes(PRE)["right"]}
 
 
 def flagged(given: StageWork) -> list[str]:

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, ThreadPoolExecutor, wait
-from contextlib import contextmanager
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, replace
 from datetime import datetime, timedelta
 from functools import lru_cache
 from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Literal, TypeVar, cast
+from typing import Any, Literal, cast
 
 from sqlalchemy.orm import Session
 
@@ -22,6 +21,7 @@ from contract.flag import Flag
 from contract.revision import Remeasurement, TriadEdits
 from contract.stage import StageResult
 from settings import Settings
+from spinewatch.arrays import Pixels
 from spinewatch.camera import Rig
 from spinewatch.detection.candidates.templates import (
     TemplateError,
@@ -29,7 +29,7 @@ from spinewatch.detection.candidates.templates import (
     default_template_set,
     read_template_set,
 )
-from spinewatch.imaging.comparison import ComparisonParameters
+from spinewatch.imaging.comparison import ComparisonParameters, textured_strip
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import Frame, Side
 from spinewatch.markers import FLAT_10_14_18
@@ -47,7 +47,6 @@ from store.measurements import MeasuredStage
 from store.packed_stage import PackedStage
 from store.stage_work import PairWork, StageWork
 from store.tables.jobs import STAGE_JOB
-from workers.decoded_images import DecodedImages
 from workers.pair_results import pair_results
 from workers.record_checks import burst_repetition_flags, repetition_flags, require_files, time_flags
 from workers.registry import Handler
@@ -57,15 +56,12 @@ from workers.stage_decisions import decide, decided
 from workers.stage_edits import edited
 from workers.stage_labels import label_pairs
 from workers.stage_revision import chosen_templates, parameters_of, revised_parameters, with_changes
-
-Answer = TypeVar("Answer")
+from workers.strips import packed
 
 _VERSION = version("spinewatch")
 _DAY = timedelta(days=1)
 _MAX_RIGS = 8
 """Measurers that a worker keeps prepared, one per rig."""
-_KEPT_BYTES = 48 << 20
-"""Gray levels of earlier stages that a worker keeps: 100 pairs of the 568 x 416 cart."""
 _COMPARED_STAGES = 4
 """Number of the latest earlier stages whose gray levels a stage is compared with."""
 
@@ -98,9 +94,7 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
         self._clock_tolerance = clock_tolerance
         self._comparison = ComparisonParameters()
         self._synchronization = SynchronizationParameters()
-        self._decoded = DecodedImages(_KEPT_BYTES)
         self._pool = pool = ThreadPoolExecutor(max_workers=1)
-        self._checks = ThreadPoolExecutor(max_workers=1)
 
         @lru_cache(maxsize=_MAX_RIGS)
         def measurer(rig_json: str, changes_json: str = "{}", version: str | None = None) -> StageMeasurer:
@@ -172,7 +166,7 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
         NotReadyError
             Labels depend on an earlier stage whose job has not ended.
         FilesWantedError
-            Images of earlier stages are to be compared that this process has not kept.
+            Images of earlier stages are to be compared whose strips do not tell them from those of the stage.
         """
         revision = work.revision
         if revision is None or isinstance(revision.changes, Remeasurement):
@@ -192,30 +186,24 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
         request = StageRequest(
             labels=work.vertebrae, spine_axis=axis, models=models, extra_levels=work.extra_levels
         )
-        require_files(work, self._decoded)
         measurer = self._measurer_for(work)
         pairs, measured = work.pairs, []
         progress("decode", 0.0)
         first = self._frames(pairs[0])
         pixels = {frame.side: frame.pixels for frame in first}
         digests = []
-
-        def compare() -> list[spinewatch.flags.Flag]:
-            return [*repetition_flags(work, pixels, self._decoded, self._comparison)]
-
-        # large images need the memory of both for themselves
-        beside = (1 + _COMPARED_STAGES) * sum(image.nbytes for image in pixels.values()) <= _KEPT_BYTES
-        with _meanwhile(self._checks if beside else None, compare) as repetitions:
-            for index, pair in enumerate(pairs):
-                frames = first if index == 0 else self._frames(pair)
-                step = _of_pair(progress, index, len(pairs))
-                if len(pairs) > 1:
-                    digests.append(_digests(frames))
-                measured.append(
-                    measurer.measure(*frames, request, step, explained=True)
-                    if take is None
-                    else take.measure(measurer, index + 1, frames, request, step)
-                )
+        require_files(work, pixels, self._comparison)
+        repetitions = list(repetition_flags(work, pixels, self._comparison))
+        for index, pair in enumerate(pairs):
+            frames = first if index == 0 else self._frames(pair)
+            step = _of_pair(progress, index, len(pairs))
+            if len(pairs) > 1:
+                digests.append(_digests(frames))
+            measured.append(
+                measurer.measure(*frames, request, step, explained=True)
+                if take is None
+                else take.measure(measurer, index + 1, frames, request, step)
+            )
         labelled = label_pairs(measured, request, work)
         if take is not None:
             labelled = [
@@ -231,13 +219,14 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
             )
         record = [
             *time_flags(work, self._clock_tolerance),
-            *repetitions(),
+            *repetitions,
             *burst_repetition_flags(digests),
             *self._delay_flags(work, measurer.rig),
         ]
         flags = [*result.flags, *self._age_flags(work.calibration_age / _DAY), *Flag.of(record)]
         result = result.model_copy(update={"flags": flags})
-        return MeasuredStage(result, pair_results([one.measurement for one in labelled], result))
+        strips = {} if work.revision is not None else self._strips(pixels)
+        return MeasuredStage(result, pair_results([one.measurement for one in labelled], result), strips)
 
     def pack(self, result: MeasuredStage) -> PackedStage:
         """Return the rows of a measured stage.
@@ -302,6 +291,11 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
         left, right = both(decode_image, pair.left, pair.right, self._pool)
         return Frame(left, "left"), Frame(right, "right")
 
+    def _strips(self, pixels: Mapping[Side, Pixels]) -> dict[str, bytes]:
+        """Return the strips of images as they are stored, by side; without those of images that have none."""
+        strips = ((side, textured_strip(image, self._comparison)) for side, image in pixels.items())
+        return {side: packed(strip) for side, strip in strips if strip is not None}
+
     def _settings(self) -> dict[str, Any]:
         return {
             "calibration_max_age_days": self._max_age_days,
@@ -322,19 +316,6 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
             " allowed; calibrate before the operation"
         )
         return Flag.of([spinewatch.flags.Flag("calibration-old", detail)])
-
-
-@contextmanager
-def _meanwhile(pool: Executor | None, action: Callable[[], Answer]) -> Iterator[Callable[[], Answer]]:
-    """Run an action in another thread within the context, which waits for its end; without a pool when it is called."""
-    if pool is None:
-        yield action
-        return
-    running = pool.submit(action)
-    try:
-        yield running.result
-    finally:
-        wait([running])
 
 
 def _digests(frames: tuple[Frame, Frame]) -> dict[Side, str]:

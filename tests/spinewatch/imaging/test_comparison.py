@@ -8,7 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spinewatch.arrays import Float, Pixels
-from spinewatch.imaging.comparison import compare_images, differ_at_first_look
+from spinewatch.imaging.comparison import (
+    ComparisonParameters,
+    compare_images,
+    may_be_equal,
+    may_be_repeated,
+    textured_strip,
+)
 from spinewatch.imaging.decoding import decode_image
 from tests.paths import SAMPLES
 
@@ -24,6 +30,13 @@ def rounded(gray: Float) -> Pixels:
     return np.clip(np.rint(gray), 0, 255).astype(np.uint8)
 
 
+def by_strip(first: Pixels, second: Pixels) -> tuple[bool, bool]:
+    """Return whether the second image may be equal to the first, and whether it may repeat it."""
+    strip = textured_strip(first)
+    assert strip is not None
+    return may_be_equal(strip, second), may_be_repeated(strip, second)
+
+
 def exposure(gray: Float, noise: float, seed: int) -> Pixels:
     return rounded(gray + noise * np.random.default_rng(seed).standard_normal(gray.shape))
 
@@ -34,7 +47,7 @@ def test_other_stages_are_not_repeated(side: str) -> None:
         compared = compare_images(sample(first, side), sample(second, side))
         assert not compared.repeated
         assert compared.noise_gray > 30
-        assert differ_at_first_look(sample(first, side), sample(second, side))
+        assert by_strip(sample(first, side), sample(second, side)) == (False, False)
 
 
 def test_the_same_pixels_are_the_same_image() -> None:
@@ -50,7 +63,7 @@ def test_noise_and_brightness_do_not_hide_a_repetition(
     gray = sample(stage).astype(np.float64)
     first, second = exposure(gray, noise, seed), exposure(gain * gray, noise, seed + 1)
     compared = compare_images(first, second)
-    assert not differ_at_first_look(first, second)
+    assert by_strip(first, second)[1]
     assert compared.repeated
     assert not compared.exact
     assert compared.displacement_px < 0.1
@@ -89,16 +102,39 @@ def test_a_large_image_is_compared_reduced(dtype: type[np.unsignedinteger]) -> N
     assert not compared.exact
     assert compared.displacement_px < 0.6
     assert not compare_images(first, moved).repeated
-    assert not differ_at_first_look(first, again)
+    assert by_strip(first, again) == (False, True)
+    assert by_strip(first, first) == (True, True)
 
 
-def test_the_first_look_leaves_what_it_cannot_tell_to_the_comparison() -> None:
+def test_a_strip_leaves_what_it_cannot_tell_to_the_comparison() -> None:
     gray = sample("PRE")
     flat = np.full((200, 200), 90, np.uint8)
-    assert not differ_at_first_look(gray, gray)
-    assert not differ_at_first_look(flat, flat)
-    assert not differ_at_first_look(gray[:20], (gray[:20] ^ 1).astype(np.uint8))
-    assert differ_at_first_look(gray, gray[1:])
+    assert by_strip(gray, gray) == (True, True)
+    assert by_strip(flat, (flat + 1).astype(np.uint8)) == (False, True)
+    assert by_strip(gray, gray[1:]) == (False, False)
+    assert textured_strip(gray[:20]) is None
+    strip = textured_strip(gray)
+    assert strip is not None
+    assert may_be_repeated(strip, gray[:, ::-1], ComparisonParameters(tile_px=32))
+
+
+@pytest.mark.parametrize("shift_px", [96, 144, 240])
+def test_a_strip_is_the_row_of_tiles_with_the_most_texture(shift_px: int) -> None:
+    gray = np.full((300, 400), 90, np.uint8)
+    gray[shift_px : shift_px + 48] = sample("PRE")[:48, :400]
+    strip = textured_strip(gray)
+    assert strip is not None
+    assert strip.place == shift_px // 48
+    assert np.array_equal(strip.pixels, gray[shift_px : shift_px + 48])
+    assert strip.image_shape == (300, 400)
+
+
+def test_a_difference_beyond_the_noise_of_any_camera_is_no_repetition() -> None:
+    gray = sample("PRE").astype(np.float64)
+    assert compare_images(exposure(gray, 9.0, 1), exposure(gray, 9.0, 2)).repeated
+    first, second = exposure(gray, 14.0, 1), exposure(gray, 14.0, 2)
+    assert not compare_images(first, second).repeated
+    assert not by_strip(first, second)[1]
 
 
 def test_images_without_texture_are_repeated_only_if_equal() -> None:

@@ -1,6 +1,6 @@
 """Stages measured on real images."""
 
-from dataclasses import asdict, fields
+from dataclasses import asdict, fields, replace
 from datetime import timedelta
 from pathlib import Path
 
@@ -16,8 +16,9 @@ from spinewatch.detection.candidates.templates import (
 )
 from spinewatch.imaging.comparison import ComparisonParameters
 from spinewatch.parameters import Parameters
+from spinewatch.progress import silent
 from spinewatch.tracking.synchronization import SynchronizationParameters
-from store import calibrations, jobs, leases, measurements
+from store import calibrations, jobs, leases, measurements, stage_work
 from store.calibration_checks import OLD
 from store.clock import utc_now
 from store.database import Database
@@ -26,7 +27,7 @@ from store.tables.measurements import Measurement
 from store.tables.stages import Stage
 from tests.store.builders import CLIENT, RIG, WORKER, new_stage, new_surgery, sample_pair
 from workers.handlers.stage import handler
-from workers.registry import Registry
+from workers.registry import FilesWantedError, Registry
 from workers.worker import Worker
 
 
@@ -99,6 +100,20 @@ def test_a_stage_that_repeats_an_earlier_one_is_flagged_whether_that_is_measured
     flags = {flag["code"]: flag["detail"] for flag in measured.result["flags"]}
     assert "stage PRE again" in flags["frame-repeated"]
     assert "60 minutes before stage PRE" in flags["time-implausible"]
+
+
+def test_a_later_stage_is_told_from_the_strips_of_an_earlier_one(database: Database) -> None:
+    surgery, now = new_surgery(database), utc_now()
+    first = new_stage(database, surgery, "PRE", sample_pair(), now - timedelta(hours=1))
+    second = new_stage(database, surgery, "POST", sample_pair("POST"), now)
+    work_on(database, first)
+    with database.read() as session:
+        work = stage_work.work(session, second.id, max_compared=4)
+    assert set(work.earlier[0].strips) == {"left", "right"}
+    made = handler(Settings())
+    made.run(work, silent)  # asks for no file
+    with pytest.raises(FilesWantedError):
+        made.run(replace(work, earlier=(replace(work.earlier[0], strips={}),)), silent)
 
 
 def test_an_image_that_cannot_be_decoded_fails_at_once_by_name(database: Database) -> None:
