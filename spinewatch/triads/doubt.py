@@ -53,11 +53,11 @@ class DoubtParameters:
     """
 
     max_chance: float = 0.1
-    intercept: float = -4.112
-    gain: float = -0.371
-    misfit: float = 2.295
-    spread: float = 3.205
-    deviation: float = 2.464
+    intercept: float = -4.366
+    gain: float = -0.324
+    misfit: float = 2.117
+    spread: float = 3.549
+    deviation: float = 2.226
     max_gain: float = 20.0
 
 
@@ -101,7 +101,7 @@ class TriadEvidence:
         >>> observed = [14.0, 4.0], [0.5, 1.2], [0.3, 1.2], [0.0, 1.0]
         >>> evidence = TriadEvidence(*map(np.array, observed))
         >>> evidence.chances(DoubtParameters()).round(3)
-        array([0.001, 0.97 ])
+        array([0.001, 0.967])
         """
         p = parameters
         log_odds = (

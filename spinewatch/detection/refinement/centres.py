@@ -8,14 +8,15 @@ correlated, so that their mean is more accurate.
 
 At first one network sees the upright patches and another one, of different training, the rotated ones. As long as the
 balls look usual (`spinewatch.detection.refinement.look`), that is almost as accurate as the mean of both networks in
-every pass, at a third of the cost. When they do not, all passes are made again with that mean.
+every pass, at a third of the cost. When they do not, all passes are made again with that mean, and the last one sees
+the patches also mirrored.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import exp
 from statistics import median
 
@@ -62,6 +63,9 @@ class CentreParameters:
         expected, not as measured.
     lamp_sd_rad
         Standard deviation per axis of the lamp's direction about that of the point midway between the cameras, radians.
+    lamp_shift
+        Displacement of the networks' centres towards the lamp in rendered images, over the squared length of its
+        direction; simulated images, to which the networks were fitted, do not have it. It is subtracted.
     merge_radius
         Features whose centres are closer than this are one.
     max_shift
@@ -87,6 +91,7 @@ class CentreParameters:
     min_odds: float = 3.0
     min_balls: int = 4
     lamp_sd_rad: float = 0.11
+    lamp_shift: float = 0.12
     merge_radius: float = 0.4
     max_shift: float = 0.7
     rotation_correlation: float = 0.8
@@ -255,6 +260,13 @@ def refine(
     return views
 
 
+_Turn = tuple[int, int]
+"""Signs of u and v in an orientation of patches."""
+
+_UPRIGHT: _Turn = (1, 1)
+_ROTATED: _Turn = (-1, -1)
+_MIRRORED: _Turn = (-1, 1)
+
 _Part = tuple[Proposals, tuple[BallNetwork, ...], tuple[BallNetwork, ...]]
 """A view with the networks for its upright and for its rotated patches."""
 
@@ -326,6 +338,7 @@ def _refine(
     for_upright, for_rotated = (
         _Predictor(some, view.tone, ball_px, lamp, lamp_is_measured, p.max_shift) for some in networks
     )
+    turns = (_ROTATED,) if len(for_rotated.networks) == 1 else (_ROTATED, _MIRRORED)
     covariance, visible, score = (a.copy() for a in (view.covariance, view.visible, view.score))
     refined = _best(score, p.n_refined)
     upright, centre[refined] = for_upright.at(centre[refined])
@@ -334,7 +347,7 @@ def _refine(
 
     first = _best(score[refined], p.n_rotated)
     best = refined[first]
-    rotated, rotated_centre = for_rotated.at(centre[best], rotated=True)
+    rotated, rotated_centre = for_rotated.at(centre[best], turns)
     centre[best] = (centre[best] + rotated_centre) / 2
     mean_covariance = (covariance[best] + _covariance_px2(rotated, ball_px)) / 2
     covariance[best] = mean_covariance * ((1 + p.rotation_correlation) / 2)
@@ -342,7 +355,8 @@ def _refine(
 
     ranked = _best(score, len(score))
     order = ranked[_without_duplicates(centre[ranked] / (ball_px / 2), p.merge_radius)][: p.n_kept]
-    xy_px = centre[order] - outline_offsets(view.camera, centre[order], ball_px[0])
+    displacement = p.lamp_shift * float(np.linalg.norm(lamp)) * lamp * (ball_px / 2)
+    xy_px = centre[order] - displacement - outline_offsets(view.camera, centre[order], ball_px[0])
     model_covariance = np.diag(np.square(p.model_sd * ball_px / 2))
     features = Features(xy_px, score[order], covariance[order] + model_covariance, visible[order])
     rest = ranked[~np.isin(ranked, order)]
@@ -361,17 +375,27 @@ class _Predictor:
     lamp_is_measured: bool
     max_shift: float
 
-    def at(self, positions_px: Float, rotated: bool = False) -> tuple[BallEstimates, Float]:
-        """Return estimates at positions (n, 2), px, and centres (n, 2), px; optionally from patches rotated by 180°."""
+    def at(self, positions_px: Float, turns: Sequence[_Turn] = (_UPRIGHT,)) -> tuple[BallEstimates, Float]:
+        """Return mean estimates at positions (n, 2), px, from patches in some orientations, and centres (n, 2), px."""
         pixel = np.rint(positions_px).astype(np.intp)
         patches = cut_patches(self.tone, pixel, (self.ball_px[0], self.ball_px[1]), self.networks[0].grid)
-        sign = -1 if rotated else 1
-        patches, lamp = patches[:, ::sign, ::sign], sign * self.lamp
         estimates = mean_estimates(
-            [predict_balls(network, patches, lamp, self.lamp_is_measured) for network in self.networks]
+            [self._turned(network, patches, turn) for turn in turns for network in self.networks]
         )
-        shift = (sign * estimates.offset).clip(-self.max_shift, self.max_shift)
+        shift = estimates.offset.clip(-self.max_shift, self.max_shift)
         return estimates, pixel + shift * (self.ball_px / 2)
+
+    def _turned(self, network: BallNetwork, patches: Single, turn: _Turn) -> BallEstimates:
+        """Return the estimates of a network that sees patches in an orientation, in the upright one."""
+        u, v = turn
+        sign = np.array(turn)
+        seen = predict_balls(network, patches[:, ::v, ::u], sign * self.lamp, self.lamp_is_measured)
+        return replace(
+            seen,
+            offset=sign * seen.offset,
+            covariance=np.outer(sign, sign) * seen.covariance,
+            lamp=sign * seen.lamp,
+        )
 
 
 def _best(score: Float, count: int) -> Int:

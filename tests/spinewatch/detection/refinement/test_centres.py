@@ -120,6 +120,33 @@ def test_the_mean_of_networks_counts_when_the_look_is_not_usual(
     assert 0 < np.median(apart) < 0.1
 
 
+def test_the_displacement_towards_the_lamp_is_subtracted(
+    sample: tuple[NominalView, Pixels, Features],
+) -> None:
+    with_it, without = (
+        refined(*sample, CentreParameters(lamp_shift=shift)).xy_px[:12] for shift in (0.12, 0.0)
+    )
+    moved = without - with_it  # the lamp is estimated: near the expected direction, of length 0.2 to 0.35
+    assert np.ptp(moved, axis=0) == pytest.approx(0.0, abs=1e-3)
+    assert np.linalg.norm(moved[0]) / (BALL[0] / 2) == pytest.approx(0.12 * 0.28**2, rel=0.6)
+    assert moved[0] @ LAMP > 0
+
+
+def test_mirrored_patches_give_mirrored_centres(sample: tuple[NominalView, Pixels, Features]) -> None:
+    view, image, candidates = sample
+    width = image.shape[1]
+    mirrored = replace(candidates, xy_px=candidates.xy_px * [-1, 1] + [width - 1, 0])
+    for some, pixels, lamp in ((candidates, image, LAMP), (mirrored, image[:, ::-1], LAMP * [-1, 1])):
+        of = replace(view, lamp=lamp)
+        side = propose(of, Frame(pixels, "left"), some, default_networks(), CentreParameters())
+        found, _ = refine((side, side), CentreParameters(lamp_shift=0.0), any_look=True)
+        if some is candidates:
+            upright = found.features.xy_px[:8]
+    back = found.features.xy_px * [-1, 1] + [width - 1, 0]
+    apart = np.linalg.norm(upright[:, None] - back, axis=2).min(axis=1)
+    assert np.median(apart) < 0.08
+
+
 @given(st.integers(1, 12))
 def test_counts_limit_what_is_returned(count: int) -> None:
     rng = np.random.default_rng(count)
