@@ -52,7 +52,9 @@ def test_a_second_look_at_a_blurred_pair_loses_no_triad(rig: Rig) -> None:
         Frame(cv2.GaussianBlur(frame.pixels, (0, 0), 1.8).astype(np.uint8), frame.side)
         for frame in frames("PRE")
     )
-    search = Parameters().search  # at this blur most of the triads are doubtful, however often they are sought
+    search = (
+        Parameters().search
+    )  # at this blur most of the triads are doubtful, however often they are sought
     twice = replace(Parameters(), search=replace(search, doubt=replace(search.doubt, max_chance=1.0)))
     once = replace(twice, second_look=SecondLookParameters(rounds=0))
     before, after = (len(poses(StageMeasurer(rig, p).measure(left, right, REQUEST))) for p in (once, twice))
