@@ -28,7 +28,7 @@ from spinewatch.detection.features import HIDDEN, Features
 from spinewatch.imaging.frame import SIDES
 from spinewatch.markers import FLAT_10_14_18
 from spinewatch.matching.epipolar import nominal_ranges_mm
-from spinewatch.matching.selection import SpineAxis
+from spinewatch.matching.selection_parameters import SpineAxis
 from spinewatch.parameters import Parameters
 from spinewatch.triads.doubt import DoubtParameters, TriadEvidence, triad_evidence
 from spinewatch.triads.search import SearchParameters, TriadSearch, match_triads

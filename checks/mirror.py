@@ -11,7 +11,13 @@ from pathlib import Path
 PROJECT = Path(__file__).parents[1]
 ROOMS = ("spinewatch", "contract", "exports", "reports", "store", "workers")
 DECLARATIONS = frozenset(
-    {"spinewatch/arrays", "spinewatch/errors", "spinewatch/parameters", "spinewatch/progress"}
+    {
+        "spinewatch/arrays",
+        "spinewatch/errors",
+        "spinewatch/matching/selection_parameters",
+        "spinewatch/parameters",
+        "spinewatch/progress",
+    }
 )
 """Modules of declarations alone, which other modules' tests exercise."""
 

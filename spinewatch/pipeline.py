@@ -21,7 +21,7 @@ from spinewatch.flags import Flag
 from spinewatch.imaging.comparison import compare_images
 from spinewatch.imaging.frame import Frame
 from spinewatch.matching.epipolar import nominal_ranges_mm
-from spinewatch.matching.selection import SpineAxis
+from spinewatch.matching.selection_parameters import SpineAxis
 from spinewatch.parameters import Parameters
 from spinewatch.progress import Progress, silent
 from spinewatch.stage import SAME_IMAGE, StageMeasurement, StageRequest, flags_of_views, require_two_images

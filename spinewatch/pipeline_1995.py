@@ -21,7 +21,7 @@ from spinewatch.imaging.quality import QualityParameters, assess_image
 from spinewatch.matching.epipolar import nominal_ranges_mm
 from spinewatch.matching.points import Points, parallax_log_odds
 from spinewatch.matching.rig_check import RigCheckParameters
-from spinewatch.matching.selection import MAX_BALLS, TriadCandidates
+from spinewatch.matching.triad_candidates import MAX_BALLS, TriadCandidates
 from spinewatch.parallel import both
 from spinewatch.progress import Progress, silent
 from spinewatch.stage import StageMeasurement, StageRequest, flags_of_views, require_two_images

@@ -14,7 +14,7 @@ from spinewatch.levels import vertebra_names
 from spinewatch.markers import FLAT_10_14_18, TriadModel
 from spinewatch.matching.exclusion import RemovedTriad
 from spinewatch.matching.rig_check import RigCheck
-from spinewatch.matching.selection import SpineAxis
+from spinewatch.matching.selection_parameters import SpineAxis
 from spinewatch.parameters import MethodParameters
 from spinewatch.triads.explanation import Explanation
 from spinewatch.triads.labels import KnownConfiguration, LabelledTriad, label_triads

@@ -9,7 +9,7 @@ import numpy as np
 
 from spinewatch.arrays import Bool, Float, Int
 from spinewatch.detection.features import HIDDEN, Features
-from spinewatch.matching.selection import TriadCandidates
+from spinewatch.matching.triad_candidates import TriadCandidates
 
 NEAR_MM = 10.0
 """Triads nearer to each other than this are the same one: half the smallest distance of two markers, mm."""

@@ -9,12 +9,9 @@ import numpy as np
 from spinewatch.arrays import Float, Int
 from spinewatch.matching.chain import ChainCandidates, step_log_odds
 from spinewatch.matching.points import Points
-from spinewatch.matching.selection import (
-    SelectionParameters,
-    SpineAxis,
-    TriadCandidates,
-    chance_volume_mm3,
-)
+from spinewatch.matching.selection import chance_volume_mm3
+from spinewatch.matching.selection_parameters import SelectionParameters, SpineAxis
+from spinewatch.matching.triad_candidates import TriadCandidates
 
 
 def insertion_gains(

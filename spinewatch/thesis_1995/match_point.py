@@ -13,7 +13,7 @@ from spinewatch.detection.features import Features
 from spinewatch.errors import ParameterError
 from spinewatch.geometry.triangulation import Triangulation, triangulate
 from spinewatch.markers import FLAT_10_14_18, TriadModel
-from spinewatch.matching.selection import SpineAxis
+from spinewatch.matching.selection_parameters import SpineAxis
 from spinewatch.thesis_1995.candidate_sets import (
     CandidateSetParameters,
     CandidateSets,

@@ -25,14 +25,9 @@ from spinewatch.markers import TriadModel, scaled
 from spinewatch.matching.epipolar import EpipolarParameters, range_limits_mm, within_segment
 from spinewatch.matching.identification import identify_triads
 from spinewatch.matching.points import Points, match_features
-from spinewatch.matching.selection import (
-    SpineAxis,
-    chain_log_odds,
-    likeliest_points,
-    rate_candidates,
-    score_log_odds,
-    tilt_log_odds,
-)
+from spinewatch.matching.rating import likeliest_points, rate_candidates, score_log_odds, tilt_log_odds
+from spinewatch.matching.selection import chain_log_odds
+from spinewatch.matching.selection_parameters import SpineAxis
 from spinewatch.triads.search import SearchParameters
 
 Pair = tuple[Features, Features]

@@ -20,7 +20,8 @@ from spinewatch.detection.features import HIDDEN, Features
 from spinewatch.markers import TriadModel
 from spinewatch.matching.insertion import member_gains
 from spinewatch.matching.points import Points
-from spinewatch.matching.selection import SelectionParameters, SpineAxis, TriadCandidates
+from spinewatch.matching.selection_parameters import SelectionParameters, SpineAxis
+from spinewatch.matching.triad_candidates import TriadCandidates
 from spinewatch.triads.pose import DOUBTFUL, MeasuredTriad
 
 _STATED_DOF = 12.0

@@ -16,13 +16,10 @@ from spinewatch.matching.exclusion import RemovedTriad, removed_candidates
 from spinewatch.matching.identification import discarded_tuples
 from spinewatch.matching.insertion import insertion_gains
 from spinewatch.matching.points import Points
+from spinewatch.matching.rating import rate_triplets, tilt_log_odds
 from spinewatch.matching.rejections import FeatureRejection, TriadRejection
-from spinewatch.matching.selection import (
-    SpineAxis,
-    TriadCandidates,
-    rate_triplets,
-    tilt_log_odds,
-)
+from spinewatch.matching.selection_parameters import SpineAxis
+from spinewatch.matching.triad_candidates import TriadCandidates
 from spinewatch.triads.pose import MeasuredTriad
 from spinewatch.triads.search import SearchParameters, TriadSearch
 

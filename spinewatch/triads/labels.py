@@ -13,7 +13,7 @@ from spinewatch.arrays import Float, Int
 from spinewatch.flags import Flag
 from spinewatch.geometry.rotations import vector_from_rotation
 from spinewatch.levels import level_numbers, vertebra_names
-from spinewatch.matching.selection import SpineAxis
+from spinewatch.matching.selection_parameters import SpineAxis
 from spinewatch.triads.pose import DOUBTFUL, MeasuredTriad, Pose
 from spinewatch.triads.spacing import SpacingParameters, implausible_spacing
 

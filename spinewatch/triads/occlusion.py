@@ -31,16 +31,9 @@ from spinewatch.matching.identification import (
     pairs_at_distances,
 )
 from spinewatch.matching.points import Points
-from spinewatch.matching.selection import (
-    MAX_BALLS,
-    SelectionParameters,
-    TriadCandidates,
-    pad_features,
-    point_log_odds,
-    rate_triplets,
-    score_log_odds,
-    tilt_log_odds,
-)
+from spinewatch.matching.rating import point_log_odds, rate_triplets, score_log_odds, tilt_log_odds
+from spinewatch.matching.selection_parameters import SelectionParameters
+from spinewatch.matching.triad_candidates import MAX_BALLS, TriadCandidates, pad_features
 from spinewatch.triads.pose_adjustment import PoseAdjustmentParameters, adjust_poses, triad_images
 
 _DOF = 4

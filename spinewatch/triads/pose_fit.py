@@ -15,7 +15,7 @@ from spinewatch.geometry.rotations import cross_matrix
 from spinewatch.geometry.triangulation import Triangulation, triangulate
 from spinewatch.imaging.frame import SIDES, Side
 from spinewatch.markers import TriadModel
-from spinewatch.matching.selection import TriadCandidates
+from spinewatch.matching.triad_candidates import TriadCandidates
 from spinewatch.triads.pose import Ball, MeasuredTriad, Pose
 from spinewatch.triads.pose_adjustment import (
     PoseAdjustment,

@@ -15,16 +15,11 @@ from spinewatch.markers import FLAT_10_14_18, TriadModel
 from spinewatch.matching.exclusion import RemovedTriad, removed_candidates
 from spinewatch.matching.identification import IdentificationParameters, Triplets, identify_triads
 from spinewatch.matching.points import MatchingParameters, Points, match_features
+from spinewatch.matching.rating import likeliest_points, rate_candidates
 from spinewatch.matching.scale_measurement import MarkerBalls
-from spinewatch.matching.selection import (
-    SelectionParameters,
-    SpineAxis,
-    TriadCandidates,
-    likeliest_points,
-    rate_candidates,
-    select_triads,
-    surplus_triads,
-)
+from spinewatch.matching.selection import select_triads, surplus_triads
+from spinewatch.matching.selection_parameters import SelectionParameters, SpineAxis
+from spinewatch.matching.triad_candidates import TriadCandidates
 from spinewatch.triads.doubt import DoubtParameters, triad_evidence, without_doubtful_poses
 from spinewatch.triads.flags import triad_flags
 from spinewatch.triads.occlusion import FreeFeatures, OcclusionParameters, occluded_candidates

@@ -19,7 +19,7 @@ from spinewatch.camera import Camera, Rig
 from spinewatch.detection.features import HIDDEN, Features
 from spinewatch.geometry.rotations import rotation_from_vector
 from spinewatch.markers import TriadModel
-from spinewatch.matching.selection import TriadCandidates
+from spinewatch.matching.triad_candidates import TriadCandidates
 from spinewatch.triads.search import TriadSearch
 
 

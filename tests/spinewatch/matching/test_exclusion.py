@@ -2,7 +2,7 @@ import numpy as np
 
 from spinewatch.detection.features import HIDDEN, Features
 from spinewatch.matching.exclusion import NEAR_MM, RemovedTriad, removed_candidates
-from spinewatch.matching.selection import TriadCandidates
+from spinewatch.matching.triad_candidates import TriadCandidates
 
 CENTRES = np.arange(12.0).reshape(6, 2)
 

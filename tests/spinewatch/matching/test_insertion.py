@@ -4,7 +4,9 @@ import pytest
 from spinewatch.detection.features import Features
 from spinewatch.matching.insertion import insertion_gains, member_gains
 from spinewatch.matching.points import MatchingParameters, match_features
-from spinewatch.matching.selection import SelectionParameters, SpineAxis, TriadCandidates, chain_log_odds
+from spinewatch.matching.selection import chain_log_odds
+from spinewatch.matching.selection_parameters import SelectionParameters, SpineAxis
+from spinewatch.matching.triad_candidates import TriadCandidates
 from spinewatch.simulation.rigs import large_rig
 
 P = SelectionParameters()

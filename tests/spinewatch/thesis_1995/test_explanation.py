@@ -3,7 +3,7 @@ import numpy as np
 from spinewatch.markers import FLAT_10_14_18
 from spinewatch.matching.points import Points
 from spinewatch.matching.rejections import FeatureRejection, TriadRejection
-from spinewatch.matching.selection import TriadCandidates
+from spinewatch.matching.triad_candidates import TriadCandidates
 from spinewatch.thesis_1995.explanation import explain_matching
 from spinewatch.triads.explanation import Explanation
 from spinewatch.triads.search import TriadSearch

@@ -9,7 +9,8 @@ from spinewatch.imaging.frame import Side
 from spinewatch.markers import FLAT_10_14_18, TriadModel, scaled
 from spinewatch.matching.identification import IdentificationParameters
 from spinewatch.matching.points import MatchingParameters, match_features
-from spinewatch.matching.selection import SelectionParameters, TriadCandidates
+from spinewatch.matching.selection_parameters import SelectionParameters
+from spinewatch.matching.triad_candidates import TriadCandidates
 from spinewatch.simulation.observations import FeatureNoise, Observation, observe
 from spinewatch.simulation.rigs import large_rig, table_3_3_rig
 from spinewatch.simulation.spines import random_spine

@@ -8,7 +8,7 @@ from spinewatch.detection.features import HIDDEN, Features
 from spinewatch.geometry.rotations import vector_from_rotation
 from spinewatch.imaging.frame import Side
 from spinewatch.markers import FLAT_10_14_18
-from spinewatch.matching.selection import TriadCandidates
+from spinewatch.matching.triad_candidates import TriadCandidates
 from spinewatch.simulation.observations import FeatureNoise, observe
 from spinewatch.simulation.rigs import large_rig, table_3_3_rig
 from spinewatch.simulation.spines import random_spine

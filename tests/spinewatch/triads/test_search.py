@@ -14,7 +14,7 @@ from spinewatch.detection.features import Features
 from spinewatch.geometry.rotations import vector_from_rotation
 from spinewatch.markers import FLAT_10_14_18, TriadModel, flat_triad, orthogonal_triad
 from spinewatch.matching.chain import ChainParameters
-from spinewatch.matching.selection import SelectionParameters
+from spinewatch.matching.selection_parameters import SelectionParameters
 from spinewatch.simulation.observations import FeatureNoise, observe
 from spinewatch.simulation.rigs import large_rig, random_rig, small_rig, table_3_3_rig
 from spinewatch.simulation.spines import random_spine
