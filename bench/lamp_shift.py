@@ -1,9 +1,9 @@
 """``python -m bench.lamp_shift DIR...``: displacement of the networks' centres towards the lamp in rendered pairs.
 
-The median error of the sure centres of a view is compared with the direction of the lamp that its rig makes probable.
-The table gives the coefficient k of k |l| l, radii, for the direction l, with nothing subtracted and with what
-`CentreParameters.lamp_shift` subtracts; k of the first DIR without it is that parameter. Run it again when the networks
-have been trained again.
+The median error of the sure centres of a view is compared with the direction of the lamp that its rig makes probable;
+the detector subtracts by the direction that it estimates. The table gives the coefficient k of k s |l| l, radii, for
+the direction l and stated standard deviations s, with nothing subtracted and with what `CentreParameters.lamp_shift`
+subtracts; k of the first DIR without it is that parameter. Run it again when the networks have been trained again.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _MIN_BALLS = 3
 
 @dataclass(frozen=True, eq=False)
 class Displacement:
-    """Median errors (n, 2) of the sure centres of n views, radii, and |l| l (n, 2) of their lamps."""
+    """Median errors (n, 2) of the sure centres of n views, radii, and median s |l| l (n, 2) of them, radii."""
 
     error: Float
     lamp: Float
@@ -56,9 +56,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         scenes = list(find_ball_scenes(root))
         for shift in (0.0, subtracted):
             found = measure(scenes, shift)
+            if not len(found.error):
+                parser.error(f"no pairs with sure centres under {root}")
             k, sd = found.coefficient
             rms = np.sqrt(np.square(found.error).mean(axis=0))
-            rows.append((root, shift, len(found.error), f"{k:.3f} ± {sd:.3f}", f"{rms[0]:.4f}, {rms[1]:.4f}"))
+            rows.append((root, shift, len(found.error), f"{k:.1f} ± {sd:.1f}", f"{rms[0]:.4f}, {rms[1]:.4f}"))
     columns = ["pairs", "subtracted", "views", "k that is left", "RMS of the views' median errors, u, v"]
     Grid.of("Displacement towards the lamp, radii", columns, rows).print()
     return 0
@@ -79,11 +81,14 @@ def measure(scenes: Sequence[BallScene], lamp_shift: float) -> Displacement:
                 scene.views, detector.views, detector.detect(left, right, pool), strict=True
             ):
                 apart, index = nearest(view.centres_px[view.fraction > CLEAR], found.features.xy_px)
-                sd = np.sqrt(np.diagonal(found.features.covariance_px2, axis1=1, axis2=2)).max(axis=1)
+                variance = np.diagonal(found.features.covariance_px2, axis1=1, axis2=2)
+                sd = np.sqrt(variance.max(axis=1))
                 sure = (np.linalg.norm(apart, axis=1) < FEATURE_PX) & (sd[index] < SURE_PX)
                 if sure.sum() >= _MIN_BALLS:
-                    error.append(np.median(apart[sure], axis=0) / (np.array(view.ball_px) / 2))
-                    lamp.append(np.linalg.norm(nominal.lamp) * nominal.lamp)
+                    radius = np.array(view.ball_px) / 2
+                    error.append(np.median(apart[sure], axis=0) / radius)
+                    stated = np.median(np.sqrt(variance[index][sure].mean(axis=1))) / radius.mean()
+                    lamp.append(stated * np.linalg.norm(nominal.lamp) * nominal.lamp)
     return Displacement(np.array(error), np.array(lamp))
 
 

@@ -18,6 +18,7 @@ from spinewatch.imaging.comparison import (
     compare_images,
     may_be_equal,
     may_be_repeated,
+    textured_strip,
 )
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import SIDES, Side
@@ -221,11 +222,17 @@ def _repetition(
         if stage.sha256[side] == sha256:
             return _Repetition(stage.name, _IDENTICAL)
     for stage, images in earlier:
-        if side in images:
+        if side in images and _may_be_repeated(images[side], pixels, parameters):
             comparison = compare_images(images[side], pixels, parameters)
             if comparison.repeated:
                 return _Repetition(stage.name, comparison)
     return None
+
+
+def _may_be_repeated(first: Pixels, second: Pixels, parameters: ComparisonParameters | None) -> bool:
+    """Return whether the strip of an image leaves open that another repeats it, whether it is stored or not."""
+    strip = textured_strip(first, parameters)
+    return strip is None or may_be_repeated(strip, second, parameters)
 
 
 def _difference(comparison: ImageComparison) -> str:

@@ -45,7 +45,7 @@ class NotReadyError(Exception):
 
 
 class FilesWantedError(Exception):
-    """The work needs files that its process has not kept from earlier jobs: it is begun again with them.
+    """The work needs files that were not loaded with its input: it is begun again with them.
 
     Parameters
     ----------

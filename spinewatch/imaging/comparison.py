@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from spinewatch.arrays import Bool, Float, Pixels, Single
-from spinewatch.imaging.tone import to_gray
+from spinewatch.imaging.tone import FULL_SCALE, to_gray, white_level
 
 _MAD_TO_SD = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
@@ -92,20 +92,24 @@ class ImageComparison:
 
 @dataclass(frozen=True, eq=False)
 class TexturedStrip:
-    """The row of tiles of an image by which others are told from it.
+    """A row of tiles of an image, by which other images are told from it.
 
     Attributes
     ----------
-    place
+    row
         Number of the row of tiles, from the top, from 0.
     pixels
-        Its gray levels, reduced as the whole image is for a comparison, shape (tile_px, W), 8 or 16 bits.
+        Its raw gray levels, reduced as the whole image is for a comparison, 8 or 16 bits; shape (``tile_px``, W / n)
+        for a reduction by n.
+    white
+        Level that is white in the image.
     image_shape
         Height and width of the image, px.
     """
 
-    place: int
+    row: int
     pixels: Pixels
+    white: int
     image_shape: tuple[int, int]
 
 
@@ -116,7 +120,8 @@ def compare_images(
 
     Two exposures of an unchanged scene differ by noise alone. A camera, cart or patient that has moved displaces
     texture, however small the differences of gray levels are. The second image is fitted to the first one by a gain and
-    an offset, and each tile by an offset and a displacement; it is a repetition when tiles neither moved nor changed.
+    an offset, and each tile by an offset and a displacement; it is a repetition when tiles neither moved nor changed
+    and the noise is no larger than that of cameras.
 
     Parameters
     ----------
@@ -171,7 +176,9 @@ def compare_images(
 
 
 def textured_strip(image: Pixels, parameters: ComparisonParameters | None = None) -> TexturedStrip | None:
-    """Return the row of tiles of an image whose tiles count at the largest noise: later images are told from it.
+    """Return the row of tiles of an image that has the most texture.
+
+    Most of its tiles still count, as in `compare_images`, at a noise at which those of other rows do not.
 
     Parameters
     ----------
@@ -184,6 +191,11 @@ def textured_strip(image: Pixels, parameters: ComparisonParameters | None = None
     -------
     TexturedStrip or None
         The row; None when the image is smaller than a tile.
+
+    Raises
+    ------
+    ImageError
+        If the image is not a gray image of 8 or 16 bits.
     """
     p = parameters or ComparisonParameters()
     factor = _factor(image.shape, p)
@@ -193,8 +205,8 @@ def textured_strip(image: Pixels, parameters: ComparisonParameters | None = None
     used = to_gray(_reduced(image[: rows * p.tile_px * factor, : columns * p.tile_px * factor], factor))
     gu, gv = _sampled_gradient(used, p.sample_step)
     texture = np.linalg.eigvalsh(_covariances(gu, gv, rows, columns))[:, 0].reshape(rows, columns)
-    place = int(np.argmax(np.quantile(texture, 1 - p.min_counted_fraction / p.strip_margin, axis=1)))
-    return TexturedStrip(place, _strip(image, place, p), (image.shape[0], image.shape[1]))
+    row = int(np.argmax(np.quantile(texture, 1 - p.min_counted_fraction / p.strip_margin, axis=1)))
+    return TexturedStrip(row, _strip(image, row, p), white_level(image), (image.shape[0], image.shape[1]))
 
 
 def may_be_equal(strip: TexturedStrip, image: Pixels, parameters: ComparisonParameters | None = None) -> bool:
@@ -212,11 +224,11 @@ def may_be_equal(strip: TexturedStrip, image: Pixels, parameters: ComparisonPara
     Returns
     -------
     bool
-        True when the pixels of the strip are equal, or when it was made with other parameters.
+        True when the pixels of the strip are equal, or when it has another shape, made with other parameters.
     """
     if strip.image_shape != image.shape:
         return False
-    shown = _strip(image, strip.place, parameters or ComparisonParameters())
+    shown = _strip(image, strip.row, parameters or ComparisonParameters())
     return shown.shape != strip.pixels.shape or np.array_equal(shown, strip.pixels)
 
 
@@ -243,6 +255,11 @@ def may_be_repeated(
         strip that far too few tiles count, or when more tiles of the strip have moved or changed than may have in a
         whole repeated image.
 
+    Raises
+    ------
+    ImageError
+        If the image is not a gray image of 8 or 16 bits.
+
     Notes
     -----
     A tile counts when the smaller eigenvalue of its gradients' covariance exceeds a limit in proportion to the squared
@@ -267,8 +284,8 @@ def may_be_repeated(
     if strip.image_shape != image.shape:
         return False
     rows, _ = _tiles(image.shape, p)
-    shown = _strip(image, strip.place, p)
-    return not _row_differs(to_gray(strip.pixels), to_gray(shown), rows, p)
+    a, b = _gray(strip.pixels, strip.white), _gray(_strip(image, strip.row, p), white_level(image))
+    return not _row_differs(a, b, rows, p)
 
 
 def _sampled_gradient(gray: Single, step: int) -> tuple[Single, Single]:
@@ -284,8 +301,8 @@ def _covariances(gu: Single, gv: Single, rows: int, columns: int) -> Float:
     """Return the covariance of the gradients of each tile, shape (rows * columns, 2, 2)."""
 
     def means(x: Single) -> Float:
-        strips = np.add.reduceat(x, np.arange(columns) * x.shape[1] // columns, axis=1)
-        return np.add.reduceat(strips, np.arange(rows) * x.shape[0] // rows, axis=0).astype(np.float64)
+        narrow = np.add.reduceat(x, np.arange(columns) * x.shape[1] // columns, axis=1)
+        return np.add.reduceat(narrow, np.arange(rows) * x.shape[0] // rows, axis=0).astype(np.float64)
 
     n = means(np.ones_like(gu))
     mu, mv = means(gu) / n, means(gv) / n
@@ -299,15 +316,20 @@ def _tiles(shape: tuple[int, ...], p: ComparisonParameters) -> tuple[int, int]:
     return height, width
 
 
-def _strip(image: Pixels, place: int, p: ComparisonParameters) -> Pixels:
+def _strip(image: Pixels, row: int, p: ComparisonParameters) -> Pixels:
     """Return a row of tiles of an image, reduced."""
     factor = _factor(image.shape, p)
     height = p.tile_px * factor
-    return _reduced(image[place * height : (place + 1) * height], factor)
+    return _reduced(image[row * height : (row + 1) * height], factor)
+
+
+def _gray(pixels: Pixels, white: int) -> Single:
+    """Return raw gray levels of a part of an image as 0..255, given the level that is white in the whole image."""
+    return np.minimum(pixels, white).astype(np.float32) * np.float32(FULL_SCALE / white)
 
 
 def _row_differs(a: Single, b: Single, rows: int, p: ComparisonParameters) -> bool:
-    """Return whether one of the rows of tiles shows that two images differ."""
+    """Return whether a row of tiles, of so many of the image, shows that two images differ."""
     valid = (a < p.saturated_gray) & (b < p.saturated_gray)
     chosen = valid[:: p.strip_sample_step, :: p.strip_sample_step]
     sampled = (image[:: p.strip_sample_step, :: p.strip_sample_step][chosen] for image in (a, b))
@@ -325,7 +347,7 @@ def _row_differs(a: Single, b: Single, rows: int, p: ComparisonParameters) -> bo
         return True
     sparse = replace(p, min_counted_fraction=p.min_counted_fraction / p.strip_margin)
     changed, displacement = _compare_tiles(a, b, valid, noise, sparse)
-    # without texture another row decides, or the whole image
+    # without texture the whole image decides
     return len(displacement) > 0 and changed > p.max_changed_fraction * rows
 
 
@@ -392,7 +414,7 @@ def _compare_tiles(
 def _tile_sums(image: Single, size: int) -> Float:
     """Return the sums over square tiles of an image (H, W), shape (H // size, W // size)."""
     rows, columns = image.shape[0] // size, image.shape[1] // size
-    strips = np.add.reduceat(
+    narrow = np.add.reduceat(
         image[: rows * size, : columns * size], np.arange(0, columns * size, size), axis=1
     )
-    return np.add.reduceat(strips, np.arange(0, rows * size, size), axis=0).astype(np.float64)
+    return np.add.reduceat(narrow, np.arange(0, rows * size, size), axis=0).astype(np.float64)

@@ -54,16 +54,37 @@ def to_gray(image: NDArray[Any]) -> Single:
     if image.dtype == np.uint8:
         return image.astype(np.float32)
     if image.dtype == np.uint16:
-        full = _full_scale(int(image.max()))
-        defects = defective_pixels(image)
-        if len(defects):
-            u, v = defects.T
-            image = image.copy()
-            image[v, u] = 0
-            full = _full_scale(int(image.max()))
-            image[v, u] = full
-        return image.astype(np.float32) * np.float32(FULL_SCALE / full)
+        white = white_level(image)
+        return np.asarray(np.minimum(image, white).astype(np.float32) * np.float32(FULL_SCALE / white))
     raise ImageError(f"an image must have 8 or 16 bits per pixel, not {image.dtype}; export it again")
+
+
+def white_level(image: NDArray[Any]) -> int:
+    """Return the level that is white in an image.
+
+    Parameters
+    ----------
+    image
+        Raw gray levels, shape (H, W), 8 or 16 bits.
+
+    Returns
+    -------
+    int
+        255 for 8 bits; for 16 bits full scale of the smallest depth that holds all pixels but the defects.
+
+    Examples
+    --------
+    >>> white_level(np.array([[0, 700]], np.uint16))
+    1023
+    """
+    if image.dtype == np.uint8:
+        return int(FULL_SCALE)
+    defects = defective_pixels(image)
+    if len(defects):
+        u, v = defects.T
+        image = image.copy()
+        image[v, u] = 0
+    return _full_scale(int(image.max()))
 
 
 def _full_scale(largest: int) -> int:

@@ -47,14 +47,21 @@ def test_a_prepared_measurer_gives_the_same_bits_as_a_new_one_with_or_without_a_
     assert len(both[0]) == len(both[1]) == 4
 
 
+def test_a_blurred_pair_has_most_of_its_triads(rig: Rig) -> None:
+    left, right = (
+        Frame(cv2.GaussianBlur(frame.pixels, (0, 0), 1.5).astype(np.uint8), frame.side)
+        for frame in frames("PRE")
+    )
+    assert len(poses(StageMeasurer(rig).measure(left, right, REQUEST))) >= 3
+
+
 def test_a_second_look_at_a_blurred_pair_loses_no_triad(rig: Rig) -> None:
     left, right = (
         Frame(cv2.GaussianBlur(frame.pixels, (0, 0), 1.8).astype(np.uint8), frame.side)
         for frame in frames("PRE")
     )
-    search = (
-        Parameters().search
-    )  # at this blur most of the triads are doubtful, however often they are sought
+    search = Parameters().search
+    # at this blur most of the triads are doubtful, however often they are sought
     twice = replace(Parameters(), search=replace(search, doubt=replace(search.doubt, max_chance=1.0)))
     once = replace(twice, second_look=SecondLookParameters(rounds=0))
     before, after = (len(poses(StageMeasurer(rig, p).measure(left, right, REQUEST))) for p in (once, twice))

@@ -4,6 +4,7 @@ from contract.job import JobState
 from contract.revision import Remeasurement
 from store import stage_submission, stage_work
 from store.database import Database
+from store.measurements import MeasuredStage
 from store.tables.stages import Stage
 from tests.store.at_rest import without_triggers
 from tests.store.builders import (
@@ -48,6 +49,21 @@ def test_work_has_the_stages_submitted_before_whatever_became_of_them(database: 
     assert work.earlier[1].sha256 == work.sha256
     assert (work.captured_at, work.calibrated_at) == (at(-5), None)
     assert work.calibration_created_at == NOON
+
+
+def test_stages_that_are_compared_have_the_strips_that_are_stored(database: Database) -> None:
+    surgery = new_surgery(database)
+    for name, second, strips in (("A", -4, {"left": b"a"}), ("B", -3, {"right": b"b"}), ("C", -2, {})):
+        stage = new_stage(database, surgery, name, now=at(second))
+        lease = claimed(database, stage.job.id)
+        assert succeed(database, lease, result=MeasuredStage(stage_result(), strips=strips))
+    new_stage(database, surgery, "WAITS", now=at(-1))
+    last = new_stage(database, surgery)
+    with database.read() as session:
+        compared, none = (stage_work.work(session, last.id, count).earlier for count in (3, 0))
+    assert [dict(earlier.strips) for earlier in compared] == [{}, {"right": b"b"}, {}, {}]
+    assert [earlier.is_compared for earlier in compared] == [False, True, True, True]
+    assert not any(earlier.strips or earlier.is_compared for earlier in none)
 
 
 def test_wanted_files_are_added_and_damaged_ones_are_not(database: Database) -> None:

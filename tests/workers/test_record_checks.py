@@ -164,6 +164,14 @@ def test_images_whose_strips_differ_are_not_asked_for() -> None:
     assert wanted(INTER, with_strips("PRE", PRE), with_strips("POST", sample_pair("POST"))) == set()
 
 
+@pytest.mark.parametrize("noise", [1.0, 6.0, 9.0, 10.4, 14.0])
+def test_flags_do_not_depend_on_whether_the_strips_are_stored(noise: float) -> None:
+    files = other_files(PRE, noise)
+    stored, missing = with_strips("PRE", PRE), earlier("PRE", PRE)
+    of_stored = repeated(files, stored) if wanted(files, stored) else {}
+    assert of_stored == repeated(files, missing)
+
+
 def test_images_that_are_repeated_or_mixed_are_asked_for_and_flagged() -> None:
     before = with_strips("PRE", PRE)
     assert wanted(other_files(PRE, 1.0), before) == set(hashes(PRE).values())

@@ -8,15 +8,15 @@ correlated, so that their mean is more accurate.
 
 At first one network sees the upright patches and another one, of different training, the rotated ones. As long as the
 balls look usual (`spinewatch.detection.refinement.look`), that is almost as accurate as the mean of both networks in
-every pass, at a third of the cost. When they do not, all passes are made again with that mean, and the last one sees
-the patches also mirrored.
+every pass, at a third of the cost. When they do not, all passes are made again with that mean, and the best proposals
+are seen mirrored too.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from math import exp
 from statistics import median
 
@@ -33,7 +33,7 @@ from spinewatch.detection.refinement.networks import (
     BallNetwork,
     BallNetworks,
     mean_estimates,
-    predict_balls,
+    predict_turned,
 )
 from spinewatch.detection.refinement.outlines import outline_offsets
 from spinewatch.detection.refinement.patches import cut_patches
@@ -53,7 +53,7 @@ class CentreParameters:
     n_refined
         Number of best proposals per view that are refined.
     n_rotated
-        Number of the best of these that are refined in both orientations.
+        Number of the best of these that are refined in all orientations.
     n_kept
         Number of features per view to return at most.
     min_odds
@@ -64,14 +64,15 @@ class CentreParameters:
     lamp_sd_rad
         Standard deviation per axis of the lamp's direction about that of the point midway between the cameras, radians.
     lamp_shift
-        Displacement of the networks' centres towards the lamp in rendered images, over the squared length of its
-        direction; simulated images, to which the networks were fitted, do not have it. It is subtracted.
+        Displacement of the networks' centres towards the lamp in rendered images, over their standard deviation per
+        axis and the squared length of the lamp's direction; simulated images, to which the networks were fitted, do not
+        have it. It is subtracted.
     merge_radius
         Features whose centres are closer than this are one.
     max_shift
         Greatest distance per axis of a centre from its candidate.
     rotation_correlation
-        Correlation of the errors of the two orientations, measured on simulated images.
+        Correlation of the errors of two orientations, measured on simulated images.
     model_sd
         Standard deviation per axis of errors on real images that simulated images do not have.
     max_log_odds
@@ -91,7 +92,7 @@ class CentreParameters:
     min_odds: float = 3.0
     min_balls: int = 4
     lamp_sd_rad: float = 0.11
-    lamp_shift: float = 0.12
+    lamp_shift: float = 5.8
     merge_radius: float = 0.4
     max_shift: float = 0.7
     rotation_correlation: float = 0.8
@@ -252,11 +253,12 @@ def refine(
     """
     p = parameters
     if not any_look:
-        parts = [(view, view.networks[-1:], view.networks[:1]) for view in proposals]
+        parts = [_Part(view, view.networks[-1:], view.networks[:1], (_ROTATED,)) for view in proposals]
         views, looks = _refine_both(parts, p, pool)
         if is_usual(looks, p.look):
             return views
-    views, _ = _refine_both([(view, view.networks, view.networks) for view in proposals], p, pool)
+    turns = (_ROTATED, _MIRRORED)
+    views, _ = _refine_both([_Part(view, view.networks, view.networks, turns) for view in proposals], p, pool)
     return views
 
 
@@ -267,15 +269,22 @@ _UPRIGHT: _Turn = (1, 1)
 _ROTATED: _Turn = (-1, -1)
 _MIRRORED: _Turn = (-1, 1)
 
-_Part = tuple[Proposals, tuple[BallNetwork, ...], tuple[BallNetwork, ...]]
-"""A view with the networks for its upright and for its rotated patches."""
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """A view with the networks for its upright and for its turned patches, and how these are turned."""
+
+    view: Proposals
+    for_upright: tuple[BallNetwork, ...]
+    for_turned: tuple[BallNetwork, ...]
+    turns: tuple[_Turn, ...]
 
 
 def _refine_both(
     parts: Sequence[_Part], p: CentreParameters, pool: Executor | None
 ) -> tuple[tuple[RefinedView, RefinedView], tuple[Look, Look]]:
     """Return the features of both views, and how their balls look."""
-    shared = both(lambda part: measure_shared(part[0], part[1], p), parts[0], parts[1], pool)
+    shared = both(lambda part: measure_shared(part.view, part.for_upright, p), parts[0], parts[1], pool)
     lamps = estimate_lamp([view.lamp for view in shared], p.lamp_sd_rad)
     measured = max(len(view.lamp.sd) for view in shared) >= p.min_balls
     left, right = zip(parts, shared, lamps, strict=True)
@@ -333,12 +342,11 @@ def _refine(
     part: _Part, shared: Shared, lamp: Float, lamp_is_measured: bool, p: CentreParameters
 ) -> tuple[RefinedView, Look]:
     """Return the features of one view and how its balls look, given the lamp direction (2,)."""
-    view, *networks = part
-    ball_px, centre = shared.ball_px, shared.centre
-    for_upright, for_rotated = (
-        _Predictor(some, view.tone, ball_px, lamp, lamp_is_measured, p.max_shift) for some in networks
+    view, ball_px, centre = part.view, shared.ball_px, shared.centre
+    for_upright, for_turned = (
+        _Predictor(some, view.tone, ball_px, lamp, lamp_is_measured, p.max_shift)
+        for some in (part.for_upright, part.for_turned)
     )
-    turns = (_ROTATED,) if len(for_rotated.networks) == 1 else (_ROTATED, _MIRRORED)
     covariance, visible, score = (a.copy() for a in (view.covariance, view.visible, view.score))
     refined = _best(score, p.n_refined)
     upright, centre[refined] = for_upright.at(centre[refined])
@@ -347,18 +355,22 @@ def _refine(
 
     first = _best(score[refined], p.n_rotated)
     best = refined[first]
-    rotated, rotated_centre = for_rotated.at(centre[best], turns)
-    centre[best] = (centre[best] + rotated_centre) / 2
-    mean_covariance = (covariance[best] + _covariance_px2(rotated, ball_px)) / 2
-    covariance[best] = mean_covariance * ((1 + p.rotation_correlation) / 2)
-    look = Look(_probable(upright, p)[first], _probable(rotated, p), _sd_radii(mean_covariance, ball_px))
+    turned, centres = zip(*(for_turned.at(centre[best], turn) for turn in part.turns), strict=True)
+    centre[best] = np.mean([centre[best], *centres], axis=0)
+    mean_covariance = np.mean(
+        [covariance[best], *(_covariance_px2(seen, ball_px) for seen in turned)], axis=0
+    )
+    n = len(part.turns)
+    covariance[best] = mean_covariance * ((1 + n * p.rotation_correlation) / (1 + n))
+    look = Look(_probable(upright, p)[first], _probable(turned[0], p), _sd_radii(mean_covariance, ball_px))
 
     ranked = _best(score, len(score))
     order = ranked[_without_duplicates(centre[ranked] / (ball_px / 2), p.merge_radius)][: p.n_kept]
-    displacement = p.lamp_shift * float(np.linalg.norm(lamp)) * lamp * (ball_px / 2)
-    xy_px = centre[order] - displacement - outline_offsets(view.camera, centre[order], ball_px[0])
-    model_covariance = np.diag(np.square(p.model_sd * ball_px / 2))
-    features = Features(xy_px, score[order], covariance[order] + model_covariance, visible[order])
+    stated = covariance[order] + np.diag(np.square(p.model_sd * ball_px / 2))
+    displacement = np.outer(_sd_radii(stated, ball_px), p.lamp_shift * np.linalg.norm(lamp) * lamp)
+    outline = centre[order] - displacement * (ball_px / 2)
+    xy_px = outline - outline_offsets(view.camera, outline, ball_px[0])
+    features = Features(xy_px, score[order], stated, visible[order])
     rest = ranked[~np.isin(ranked, order)]
     same = _nearest(centre[rest] / (ball_px / 2), centre[order] / (ball_px / 2), p.merge_radius)
     return RefinedView(features, DiscardedCandidates(centre[rest], score[rest], same != HIDDEN, same)), look
@@ -375,27 +387,18 @@ class _Predictor:
     lamp_is_measured: bool
     max_shift: float
 
-    def at(self, positions_px: Float, turns: Sequence[_Turn] = (_UPRIGHT,)) -> tuple[BallEstimates, Float]:
-        """Return mean estimates at positions (n, 2), px, from patches in some orientations, and centres (n, 2), px."""
+    def at(self, positions_px: Float, turn: _Turn = _UPRIGHT) -> tuple[BallEstimates, Float]:
+        """Return estimates at positions (n, 2), px, from patches in an orientation, and centres (n, 2), px."""
         pixel = np.rint(positions_px).astype(np.intp)
         patches = cut_patches(self.tone, pixel, (self.ball_px[0], self.ball_px[1]), self.networks[0].grid)
         estimates = mean_estimates(
-            [self._turned(network, patches, turn) for turn in turns for network in self.networks]
+            [
+                predict_turned(network, patches, self.lamp, self.lamp_is_measured, turn)
+                for network in self.networks
+            ]
         )
         shift = estimates.offset.clip(-self.max_shift, self.max_shift)
         return estimates, pixel + shift * (self.ball_px / 2)
-
-    def _turned(self, network: BallNetwork, patches: Single, turn: _Turn) -> BallEstimates:
-        """Return the estimates of a network that sees patches in an orientation, in the upright one."""
-        u, v = turn
-        sign = np.array(turn)
-        seen = predict_balls(network, patches[:, ::v, ::u], sign * self.lamp, self.lamp_is_measured)
-        return replace(
-            seen,
-            offset=sign * seen.offset,
-            covariance=np.outer(sign, sign) * seen.covariance,
-            lamp=sign * seen.lamp,
-        )
 
 
 def _best(score: Float, count: int) -> Int:

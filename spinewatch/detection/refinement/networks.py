@@ -7,7 +7,7 @@ an input, because light from the right also shades a ball's left side.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -212,6 +212,39 @@ def predict_balls(
         SCALES.log_size * log_size,
         SCALES.lamp * lamp_offset,
         np.exp(-log_lamp - SCALES.log_lamp),
+    )
+
+
+def predict_turned(
+    network: BallNetwork, patches: Single, lamp: Float, lamp_is_measured: bool, turn: tuple[int, int]
+) -> BallEstimates:
+    """Return a network's estimates from patches that it sees mirrored or rotated by 180 degrees.
+
+    Parameters
+    ----------
+    network
+        The network.
+    patches
+        Log gray levels, shape (n, size, size), upright.
+    lamp
+        Lamp direction, (u, v) part of the unit vector, shape (2,).
+    lamp_is_measured
+        Whether that direction is measured; else it is the expected one.
+    turn
+        Signs of u and of v in what the network sees.
+
+    Returns
+    -------
+    BallEstimates
+        Estimates from n patches, of the upright ones.
+    """
+    sign = np.array(turn)
+    seen = predict_balls(network, patches[:, :: turn[1], :: turn[0]], sign * lamp, lamp_is_measured)
+    return replace(
+        seen,
+        offset=sign * seen.offset,
+        covariance=np.outer(sign, sign) * seen.covariance,
+        lamp=sign * seen.lamp,
     )
 
 

@@ -118,13 +118,27 @@ def test_a_strip_leaves_what_it_cannot_tell_to_the_comparison() -> None:
     assert may_be_repeated(strip, gray[:, ::-1], ComparisonParameters(tile_px=32))
 
 
+@pytest.mark.parametrize("highlight", [False, True])
+def test_a_strip_of_16_bits_has_the_white_level_of_its_image(highlight: bool) -> None:
+    gray = 3.0 * sample("PRE")  # at most 765, of 10 bits
+    if highlight:
+        gray[380:400, 10:30] = 4095.0
+
+    def exposed(seed: int) -> Pixels:
+        noise = 45.0 * np.random.default_rng(seed).standard_normal(gray.shape)
+        return np.clip(np.rint(gray + noise), 0, 4095).astype(np.uint16)
+
+    first, second = exposed(1), exposed(2)
+    assert by_strip(first, second)[1] == compare_images(first, second).repeated == highlight
+
+
 @pytest.mark.parametrize("shift_px", [96, 144, 240])
 def test_a_strip_is_the_row_of_tiles_with_the_most_texture(shift_px: int) -> None:
     gray = np.full((300, 400), 90, np.uint8)
     gray[shift_px : shift_px + 48] = sample("PRE")[:48, :400]
     strip = textured_strip(gray)
     assert strip is not None
-    assert strip.place == shift_px // 48
+    assert strip.row == shift_px // 48
     assert np.array_equal(strip.pixels, gray[shift_px : shift_px + 48])
     assert strip.image_shape == (300, 400)
 

@@ -6,7 +6,13 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from spinewatch.detection.refinement.network_file import default_networks
-from spinewatch.detection.refinement.networks import SCALES, BallEstimates, normalize, predict_balls
+from spinewatch.detection.refinement.networks import (
+    SCALES,
+    BallEstimates,
+    normalize,
+    predict_balls,
+    predict_turned,
+)
 from spinewatch.simulation.images.examples import ExampleParameters, Examples, random_examples
 
 
@@ -82,3 +88,17 @@ def test_patches_are_estimated_one_by_one_as_in_a_batch() -> None:
     alone = predict_balls(network, patches[280:281], np.zeros(2), lamp_is_measured=True)
     assert batch.log_odds[280] == pytest.approx(alone.log_odds[0], abs=1e-4)
     assert len(predict_balls(network, patches[:0], np.zeros(2), lamp_is_measured=True).log_odds) == 0
+
+
+@pytest.mark.parametrize("turn", [(-1, -1), (-1, 1), (1, -1)])
+def test_estimates_of_turned_patches_are_turned_back(turn: tuple[int, int]) -> None:
+    network, *_ = default_networks().refinement_networks(10.0)
+    patches = np.random.default_rng(2).normal(size=(4, 25, 25)).astype(np.float32)
+    u, v = sign = np.array(turn)
+    lamp = np.array([0.3, 0.1])
+    upright = predict_balls(network, patches, lamp, lamp_is_measured=True)
+    again = predict_turned(network, patches[:, ::v, ::u], sign * lamp, True, turn)
+    assert again.offset == pytest.approx(sign * upright.offset)
+    assert again.covariance == pytest.approx(np.outer(sign, sign) * upright.covariance)
+    assert again.lamp == pytest.approx(sign * upright.lamp)
+    assert again.log_odds == pytest.approx(upright.log_odds)
