@@ -329,7 +329,7 @@ def _gray(pixels: Pixels, white: int) -> Single:
 
 
 def _row_differs(a: Single, b: Single, rows: int, p: ComparisonParameters) -> bool:
-    """Return whether a row of tiles, of so many of the image, shows that two images differ."""
+    """Return whether a row of tiles shows that two images of ``rows`` rows differ."""
     valid = (a < p.saturated_gray) & (b < p.saturated_gray)
     chosen = valid[:: p.strip_sample_step, :: p.strip_sample_step]
     sampled = (image[:: p.strip_sample_step, :: p.strip_sample_step][chosen] for image in (a, b))
