@@ -68,12 +68,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def measure(scenes: Sequence[BallScene], lamp_shift: float) -> Displacement:
     """Return the displacement in scenes with a displacement subtracted."""
-    error, lamp = [], []
+    p, error, lamp = Parameters(), [], []
+    centres = replace(p.centres, lamp_shift=lamp_shift)
     with ThreadPoolExecutor(max_workers=1) as pool:
         for scene in scenes:
-            p = Parameters()
             rig = scene.scene.rig
-            centres = replace(p.centres, lamp_shift=lamp_shift)
             ranges = nominal_ranges_mm(rig, p.search.matching.epipolar)
             detector = prepare_detector(rig, ranges, p.ball_diameter_mm, p.detection, centres)
             left, right = (Frame(view.image, view.side) for view in scene.views)

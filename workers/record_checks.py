@@ -41,7 +41,7 @@ class _Repetition:
 def require_files(
     work: StageWork, pixels: Mapping[Side, Pixels], parameters: ComparisonParameters | None = None
 ) -> None:
-    """Ask for the images of earlier stages from which strips do not tell those of the stage, unless that was done.
+    """Ask for the images of earlier stages that may be repeated or mixed, as far as strips show, unless that was done.
 
     Parameters
     ----------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import cast
 
@@ -10,7 +11,7 @@ import cv2
 import numpy as np
 
 from spinewatch.arrays import Bool, Float, Pixels, Single
-from spinewatch.imaging.tone import FULL_SCALE, to_gray, white_level
+from spinewatch.imaging.tone import scaled, to_gray, white_level
 
 _MAD_TO_SD = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
@@ -92,7 +93,7 @@ class ImageComparison:
 
 @dataclass(frozen=True, eq=False)
 class TexturedStrip:
-    """A row of tiles of an image, by which other images are told from it.
+    """A row of tiles of an image, kept to see whether other images may repeat it.
 
     Attributes
     ----------
@@ -204,7 +205,9 @@ def textured_strip(image: Pixels, parameters: ComparisonParameters | None = None
         return None
     used = to_gray(_reduced(image[: rows * p.tile_px * factor, : columns * p.tile_px * factor], factor))
     gu, gv = _sampled_gradient(used, p.sample_step)
-    texture = np.linalg.eigvalsh(_covariances(gu, gv, rows, columns))[:, 0].reshape(rows, columns)
+    n = _tile_sums(np.ones_like(gu), rows, columns)
+    A, _, _ = _covariances(gu, gv, lambda x: _tile_sums(x, rows, columns) / n)
+    texture = np.linalg.eigvalsh(A)[:, 0].reshape(rows, columns)
     row = int(np.argmax(np.quantile(texture, 1 - p.min_counted_fraction / p.strip_margin, axis=1)))
     return TexturedStrip(row, _strip(image, row, p), white_level(image), (image.shape[0], image.shape[1]))
 
@@ -279,12 +282,12 @@ def may_be_repeated(
     False
     """
     p = parameters or ComparisonParameters()
-    if may_be_equal(strip, image, p):
-        return True
     if strip.image_shape != image.shape:
         return False
+    if may_be_equal(strip, image, p):
+        return True
     rows, _ = _tiles(image.shape, p)
-    a, b = _gray(strip.pixels, strip.white), _gray(_strip(image, strip.row, p), white_level(image))
+    a, b = scaled(strip.pixels, strip.white), scaled(_strip(image, strip.row, p), white_level(image))
     return not _row_differs(a, b, rows, p)
 
 
@@ -297,17 +300,12 @@ def _sampled_gradient(gray: Single, step: int) -> tuple[Single, Single]:
     )
 
 
-def _covariances(gu: Single, gv: Single, rows: int, columns: int) -> Float:
-    """Return the covariance of the gradients of each tile, shape (rows * columns, 2, 2)."""
-
-    def means(x: Single) -> Float:
-        narrow = np.add.reduceat(x, np.arange(columns) * x.shape[1] // columns, axis=1)
-        return np.add.reduceat(narrow, np.arange(rows) * x.shape[0] // rows, axis=0).astype(np.float64)
-
-    n = means(np.ones_like(gu))
-    mu, mv = means(gu) / n, means(gv) / n
-    uu, uv, vv = means(gu * gu) / n - mu * mu, means(gu * gv) / n - mu * mv, means(gv * gv) / n - mv * mv
-    return np.stack([uu, uv, uv, vv], -1).reshape(-1, 2, 2)
+def _covariances(gu: Single, gv: Single, mean: Callable[[Single], Float]) -> tuple[Float, Float, Float]:
+    """Return the covariance of the gradients of each of K tiles, shape (K, 2, 2), and their means along u and v."""
+    mu, mv = mean(gu), mean(gv)
+    uv = mean(gu * gv) - mu * mv
+    A = np.stack([mean(gu * gu) - mu * mu, uv, uv, mean(gv * gv) - mv * mv], -1).reshape(-1, 2, 2)
+    return A, mu, mv
 
 
 def _tiles(shape: tuple[int, ...], p: ComparisonParameters) -> tuple[int, int]:
@@ -321,11 +319,6 @@ def _strip(image: Pixels, row: int, p: ComparisonParameters) -> Pixels:
     factor = _factor(image.shape, p)
     height = p.tile_px * factor
     return _reduced(image[row * height : (row + 1) * height], factor)
-
-
-def _gray(pixels: Pixels, white: int) -> Single:
-    """Return raw gray levels of a part of an image as 0..255, given the level that is white in the whole image."""
-    return np.minimum(pixels, white).astype(np.float32) * np.float32(FULL_SCALE / white)
 
 
 def _row_differs(a: Single, b: Single, rows: int, p: ComparisonParameters) -> bool:
@@ -384,37 +377,37 @@ def _compare_tiles(
     a: Single, b: Single, valid: Bool, noise: float, p: ComparisonParameters
 ) -> tuple[float, Float]:
     """Return the fraction of tiles that moved or changed, and the displacements of those that count, px, shape (K,)."""
+    rows, columns = (size // p.tile_px for size in a.shape)
+    if rows * columns == 0:
+        return 1.0, np.zeros(0)
+    used = np.s_[: rows * p.tile_px, : columns * p.tile_px]
     weight = valid.astype(np.float32)
-    n = np.maximum(_tile_sums(weight, p.tile_px), 1)
+    n = np.maximum(_tile_sums(weight[used], rows, columns), 1)
+
+    def mean(x: Single) -> Float:
+        return _tile_sums(x[used], rows, columns) / n
+
     gu, gv = np.zeros_like(a), np.zeros_like(a)
     gu[:, 1:-1], gv[1:-1] = (a[:, 2:] - a[:, :-2]) / 2, (a[2:] - a[:-2]) / 2
     gu, gv = gu * weight, gv * weight
-    mu, mv = (_tile_sums(x, p.tile_px) / n for x in (gu, gv))
-
-    def covariance(x: Single, y: Single, mean: Float) -> Float:
-        return _tile_sums(x * y, p.tile_px) / n - mean
-
-    uv = covariance(gu, gv, mu * mv)
-    A = np.stack([covariance(gu, gu, mu * mu), uv, uv, covariance(gv, gv, mv * mv)], -1).reshape(-1, 2, 2)
+    A, mu, mv = _covariances(gu, gv, mean)
     counted = np.linalg.eigvalsh(A)[:, 0] * n.ravel() * p.max_displacement_sd_px**2 > noise**2
-    if counted.size == 0 or counted.mean() < p.min_counted_fraction:
+    if counted.mean() < p.min_counted_fraction:
         return 1.0, np.zeros(0)
     d = (b - a) * weight
-    md = _tile_sums(d, p.tile_px) / n
-    r = np.stack([covariance(gu, d, mu * md), covariance(gv, d, mv * md)], -1).reshape(-1, 2)
+    md = mean(d)
+    r = np.stack([mean(gu * d) - mu * md, mean(gv * d) - mv * md], -1).reshape(-1, 2)
     shift = np.zeros_like(r)
     shift[counted] = np.linalg.solve(A[counted], r[counted, :, None])[..., 0]
     displacement = np.linalg.norm(shift, axis=1)
-    variance = covariance(d, d, md * md).ravel() - (r * shift).sum(axis=1)
+    variance = (mean(d * d) - md * md).ravel() - (r * shift).sum(axis=1)
     residual, gradient = np.sqrt(np.maximum(variance, 0)), np.sqrt(np.trace(A, axis1=1, axis2=2) / 2)
     changed = (residual > p.max_noise_ratio * noise) & (residual > p.max_gradient_ratio * gradient)
     return float((changed | (displacement > p.min_displacement_px)).mean()), displacement[counted]
 
 
-def _tile_sums(image: Single, size: int) -> Float:
-    """Return the sums over square tiles of an image (H, W), shape (H // size, W // size)."""
-    rows, columns = image.shape[0] // size, image.shape[1] // size
-    narrow = np.add.reduceat(
-        image[: rows * size, : columns * size], np.arange(0, columns * size, size), axis=1
-    )
-    return np.add.reduceat(narrow, np.arange(0, rows * size, size), axis=0).astype(np.float64)
+def _tile_sums(image: Single, rows: int, columns: int) -> Float:
+    """Return the sums over the tiles that divide an image (H, W), shape (rows, columns)."""
+    height, width = image.shape
+    narrow = np.add.reduceat(image, np.arange(columns) * width // columns, axis=1)
+    return np.add.reduceat(narrow, np.arange(rows) * height // rows, axis=0).astype(np.float64)

@@ -54,9 +54,31 @@ def to_gray(image: NDArray[Any]) -> Single:
     if image.dtype == np.uint8:
         return image.astype(np.float32)
     if image.dtype == np.uint16:
-        white = white_level(image)
-        return np.asarray(np.minimum(image, white).astype(np.float32) * np.float32(FULL_SCALE / white))
+        return scaled(image, white_level(image))
     raise ImageError(f"an image must have 8 or 16 bits per pixel, not {image.dtype}; export it again")
+
+
+def scaled(raw: NDArray[Any], white: int) -> Single:
+    """Return raw gray levels as 0..255.
+
+    Parameters
+    ----------
+    raw
+        Raw gray levels of an image or of a part of it, shape (H, W).
+    white
+        Level that is white in the image; those above it are defects and become white.
+
+    Returns
+    -------
+    Single
+        New array of gray levels of 0..255, shape (H, W).
+
+    Examples
+    --------
+    >>> scaled(np.array([[0, 1023, 65535]], np.uint16), 1023)
+    array([[  0., 255., 255.]], dtype=float32)
+    """
+    return np.asarray(np.minimum(raw, white).astype(np.float32) * np.float32(FULL_SCALE / white))
 
 
 def white_level(image: NDArray[Any]) -> int:
