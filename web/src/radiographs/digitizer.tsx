@@ -1,6 +1,6 @@
 /** Both radiographs side by side with their landmarks, the fit, and saving it into the setup of the spine. */
 import type { VNode } from "preact";
-import { useEffect, useMemo, useReducer, useState } from "preact/hooks";
+import { useLayoutEffect, useMemo, useReducer, useState } from "preact/hooks";
 
 import type { Tagged } from "../api/client";
 import type { Radiograph, StoredSpineSetup, Surgery } from "../api/types";
@@ -43,7 +43,8 @@ export function Digitizer({ surgery, pa, lateral, start, stored, reload }: Digit
   const named = landmarks.common.some(({ place }) => place.kind === "triad");
   const fit = useFit(surgery.id, document.initial, named ? stage : null);
   const bands = (slot: Slot) => bandOf(geometry, landmarks, slot, sdPx);
-  useEffect(() => {
+  // kept before anybody sees the change: a tab that is closed or loaded again at once runs no later effect
+  useLayoutEffect(() => {
     keepDraft(surgery.id, { pa: pa.id, lateral: lateral.id, sdPx, stage, landmarks });
   }, [surgery.id, pa.id, lateral.id, sdPx, stage, landmarks]);
 
