@@ -8,6 +8,7 @@ import pytest
 from sqlalchemy import func, select, text
 
 from contract.job import JobState
+from contract.revision import Remeasurement
 from settings import Settings
 from spinewatch.detection.candidates.templates import (
     TemplateError,
@@ -18,12 +19,12 @@ from spinewatch.imaging.comparison import ComparisonParameters
 from spinewatch.parameters import Parameters
 from spinewatch.progress import silent
 from spinewatch.tracking.synchronization import SynchronizationParameters
-from store import calibrations, jobs, leases, measurements, stage_work
+from store import calibrations, jobs, leases, measurements, stage_submission, stage_work
 from store.calibration_checks import OLD
 from store.clock import utc_now
 from store.database import Database
 from store.tables.jobs import Job
-from store.tables.measurements import Measurement
+from store.tables.measurements import FeatureList, Measurement
 from store.tables.stages import Stage
 from tests.store.builders import CLIENT, RIG, WORKER, new_stage, new_surgery, sample_pair
 from workers.handlers.stage import handler
@@ -114,6 +115,19 @@ def test_a_later_stage_is_told_from_the_strips_of_an_earlier_one(database: Datab
     made.run(work, silent)  # asks for no file
     with pytest.raises(FilesWantedError):
         made.run(replace(work, earlier=(replace(work.earlier[0], strips={}),)), silent)
+
+
+def test_a_revision_stores_no_strips(database: Database) -> None:
+    first = submitted(database, sample_pair())
+    work_on(database, first)
+    with database.write() as session:
+        again = Remeasurement(kind="measure", take=1)
+        revised = stage_submission.revise(session, first.surgery_id, "PRE", again, utc_now(), CLIENT)
+    work_on(database, revised)
+    with database.read() as session:
+        rows = session.execute(select(FeatureList.stage_id, FeatureList.strip)).all()
+    stored = {stage: [row.strip is not None for row in rows if row.stage_id == stage] for stage, _ in rows}
+    assert stored == {first.id: [True, True], revised.id: [False, False]}
 
 
 def test_an_image_that_cannot_be_decoded_fails_at_once_by_name(database: Database) -> None:
