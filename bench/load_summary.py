@@ -24,7 +24,7 @@ from bench.tables import Bar, Grid
 from contract.event import Actor, ActorKind
 from contract.job import JobState
 from service.routes.summary import summary_json
-from store import events, spine_setups, spines, summaries, surgeries, tables
+from store import events, spine_plans, spine_setups, summaries, surgeries, tables
 from store.database import Database
 from store.json_text import JsonText
 from store.tables.base import Base
@@ -182,7 +182,7 @@ def _read(session: Session, surgery_id: str) -> _Pattern:
 def _inputs(session: Session, surgery_id: str) -> Mapping[str, str]:
     """Return the fingerprint of what the spine of each stage is computed from."""
     surgery, setup = surgeries.get(session, surgery_id), spine_setups.get(session, surgery_id)
-    return {plan.stage_id: plan.fingerprint for plan in spines.plans(session, surgery, setup)}
+    return {plan.stage_id: plan.fingerprint for plan in spine_plans.plans(session, surgery, setup)}
 
 
 def _rows(session: Session, table: Table, condition: ColumnElement[bool]) -> _Rows:

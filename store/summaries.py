@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session, aliased
 
 from contract.job import JobState
 from contract.spine_setup import StoredSpineSetup
-from store import retention, spine_setups, spines
+from store import retention, spine_plans, spine_setups, spines
 from store.errors import NotFoundError
 from store.images import StoredImage
 from store.spines import StoredSpine
@@ -140,7 +140,7 @@ def get(session: Session, surgery_id: str) -> SummaryRows:
     computed: Mapping[str, StoredSpine | None] = {}
     if setup is not None:
         measured = [(row.stage, row.stage.id in posed) for row in shown if row.version is not None]
-        computed = spines.stored(session, surgery_id, spines.plans_of(setup, measured))
+        computed = spines.stored(session, surgery_id, spine_plans.plans_of(setup, measured))
     stages = [
         row
         if row.version is None
@@ -194,7 +194,7 @@ _TAKES = (  # outer joins, so that SQLite begins with the stages
     .order_by(Stage.created_at, Stage.id)
 )
 _TRIADS = (
-    select(Triad.stage_id, cast(Triad.triad, Text), spines.is_posed(bindparam("vertebra")))
+    select(Triad.stage_id, cast(Triad.triad, Text), spine_plans.is_posed(bindparam("vertebra")))
     .join(Stage, Stage.id == Triad.stage_id)
     .where(Stage.surgery_id == bindparam("surgery_id"))
     .order_by(Triad.stage_id, Triad.position)

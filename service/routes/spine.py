@@ -36,7 +36,7 @@ from service.idempotency import OnceDep
 from service.paging import Paging, PartDep
 from service.parameters import StagePath, SurgeryId
 from service.routes.jobs import job_of
-from store import jobs, spine_setups, spines
+from store import jobs, spine_jobs, spine_setups, spines
 from store.clock import utc_now
 from store.database import Database
 from store.page import Position, page_of_items
@@ -171,7 +171,7 @@ def create_rebaseline(
         setup = spine_setups.get(session, surgery_id).setup
         check_rebaseline(new, setup, spine_setups.context(session, surgery_id))
         stored = spine_setups.add_rebaseline(session, surgery_id, new, now, actor)
-        job_id = spines.submit(session, surgery_id, now)
+        job_id = spine_jobs.submit(session, surgery_id, now)
         answer = once.answer(stored, 201)
     if job_id is not None:
         enqueue(queue, job_id)
@@ -202,7 +202,7 @@ def compute_spines(surgery_id: SurgeryId, once: OnceDep, queue: QueueDep) -> Res
     A job that is queued already is answered instead of another one.
     """
     with once.write() as session:
-        job_id = spines.resubmit(session, surgery_id, utc_now())
+        job_id = spine_jobs.resubmit(session, surgery_id, utc_now())
         session.flush()
         job = job_of(jobs.get(session, job_id), None)
         answer = once.answer(job, 202, Location=f"/v1/jobs/{job_id}")
@@ -227,7 +227,7 @@ def _store(
         if if_match is not None or (current is not None and current.setup != setup):
             require_match(if_match, current)
         changed = spine_setups.put(session, surgery_id, setup, now, actor)
-        job_id = spines.submit(session, surgery_id, now) if changed else None
+        job_id = spine_jobs.submit(session, surgery_id, now) if changed else None
         stored = spine_setups.get(session, surgery_id)
     if job_id is not None:
         enqueue(queue, job_id)

@@ -10,7 +10,7 @@ from sqlalchemy.exc import DBAPIError, IntegrityError
 from contract.job import JobState
 from contract.spine import StageSpine
 from migrations.history import config, head, upgrade
-from store import jobs, leases, spine_setups, spines, stages, summaries
+from store import jobs, leases, spine_jobs, spine_setups, spines, stages, summaries
 from store.database import Database
 from store.measurements import MeasuredStage
 from store.revision import REVISION, current_revision, require_revision
@@ -76,7 +76,7 @@ def test_the_way_back_loses_spines_and_their_jobs_and_nothing_else(empty: Databa
     succeed(empty, claimed(empty, stage.job.id))
     with empty.write() as session:
         spine_setups.put(session, surgery, spine_setup(), NOON, CLIENT)
-        spine_job = spines.submit(session, surgery, NOON)
+        spine_job = spine_jobs.submit(session, surgery, NOON)
     with empty.read() as session:
         plans = spines.work(session, surgery).plans
     with empty.write() as session:
@@ -98,7 +98,7 @@ def test_the_way_back_loses_spines_and_their_jobs_and_nothing_else(empty: Databa
     with empty.write() as session:
         assert spine_setups.find(session, surgery) is None
         assert spine_setups.put(session, surgery, spine_setup(), NOON, CLIENT)
-        assert spines.submit(session, surgery, NOON) is not None
+        assert spine_jobs.submit(session, surgery, NOON) is not None
 
 
 @pytest.mark.parametrize("revision", ["0018", "0019"])

@@ -10,7 +10,18 @@ from sqlalchemy.exc import IntegrityError
 from contract.job import JobState
 from contract.pair_result import PairResult
 from spinewatch.imaging.pixel_spacing import SpacingSource
-from store import events, images, jobs, pair_results, radiographs, retention, spine_setups, spines, surgeries
+from store import (
+    events,
+    images,
+    jobs,
+    pair_results,
+    radiographs,
+    retention,
+    spine_jobs,
+    spine_setups,
+    spines,
+    surgeries,
+)
 from store.audit import verify_chain
 from store.database import Database, sqlite_path
 from store.errors import NotFoundError, SurgeryDeletedError
@@ -50,7 +61,7 @@ def whole_surgery(database: Database, left: bytes = b"left", right: bytes = b"ri
     with database.write() as session:
         pair_results.add(session, stage.id, [pair_results.packed(PairResult())])
         spine_setups.put(session, surgery, spine_setup(), NOON, CLIENT)
-        spines.submit(session, surgery, NOON)
+        spine_jobs.submit(session, surgery, NOON)
         radiographs.add(session, surgery, RADIOGRAPH, NOON, CLIENT)
     with database.read() as session:
         plans = spines.work(session, surgery).plans

@@ -41,7 +41,7 @@ from spinewatch.rig_files.rig_json import parse_rig
 from spinewatch.rig_plausibility import check_measurable_rig
 from spinewatch.stage import StageRequest
 from spinewatch.tracking.synchronization import SynchronizationParameters, delay_flags, parallax_gain
-from store import measurements, relabelling, spines, stage_work
+from store import measurements, relabelling, spine_jobs, stage_work
 from store.leases import Lease
 from store.measurements import MeasuredStage
 from store.packed_stage import PackedStage
@@ -271,7 +271,7 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
         if lease.surgery_id is None:
             return ()
         relabelled = relabelling.submit(session, lease.surgery_id, now, actor)
-        job_id = spines.submit(session, lease.surgery_id, now)
+        job_id = spine_jobs.submit(session, lease.surgery_id, now)
         return relabelled if job_id is None else (*relabelled, job_id)
 
     def _measurer_for(self, work: StageWork) -> StageMeasurer:

@@ -7,7 +7,7 @@ from sqlalchemy import select
 from contract.job import JobState
 from contract.spine import StageSpine
 from settings import Settings
-from store import jobs, leases, spine_setups, spines
+from store import jobs, leases, spine_jobs, spine_setups, spines
 from store.database import Database
 from store.tables.events import Event
 from store.tables.jobs import Job
@@ -40,7 +40,7 @@ def measured(database: Database, surgery: str, name: str, second: float, *labels
 
 def submitted(database: Database, surgery: str) -> str:
     with database.write() as session:
-        job = spines.submit(session, surgery, NOON)
+        job = spine_jobs.submit(session, surgery, NOON)
     assert job is not None
     return job
 

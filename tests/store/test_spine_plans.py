@@ -1,0 +1,76 @@
+"""What the spine of each stage is computed from."""
+
+import pytest
+
+from contract.stage_reference import StageReference
+from store import spine_plans, spine_setups, surgeries
+from store.database import Database
+from store.spine_plans import StagePlan
+from tests.store.builders import at, claimed, new_stage, stage_result, succeed, triad, without_pose
+from tests.store.spines import configured, end, measured
+
+
+def planned(database: Database, surgery: str) -> tuple[StagePlan, ...]:
+    with database.read() as session:
+        setup = spine_setups.get(session, surgery)
+        return spine_plans.plans(session, surgeries.get(session, surgery), setup)
+
+
+def test_the_baseline_is_the_first_stage_with_the_reference_and_the_stage_before_has_it_too(
+    database: Database,
+) -> None:
+    surgery = configured(database)
+    measured(database, surgery, "A", 1, ["T11"])
+    measured(database, surgery, "B", 2)
+    measured(database, surgery, "C", 3, ["T11", "T9"])
+    measured(database, surgery, "D", 4)
+    plans = planned(database, surgery)
+    assert [(p.reference.name, p.baseline, p.previous) for p in plans] == [
+        ("A", "B", None),
+        ("B", "B", None),
+        ("C", "B", "B"),
+        ("D", "B", "B"),
+    ]
+
+
+def test_a_reference_without_a_pose_is_no_reference(database: Database) -> None:
+    surgery = configured(database)
+    stage = new_stage(database, surgery, "A", now=at(1))
+    result = stage_result([without_pose("L1"), triad("T11")])
+    succeed(database, claimed(database, stage.job.id, 1), 1, result)
+    measured(database, surgery, "B", 2)
+    assert [plan.baseline for plan in planned(database, surgery)] == ["B", "B"]
+
+
+def test_a_named_baseline_and_another_reference(database: Database) -> None:
+    surgery = configured(database, baseline="C", reference_vertebra="T11")
+    measured(database, surgery, "A", 1, ["L1"])
+    measured(database, surgery, "B", 2, ["T11"])
+    measured(database, surgery, "C", 3)
+    plans = planned(database, surgery)
+    assert [(p.baseline, p.previous) for p in plans] == [("C", None), ("C", None), ("C", "B")]
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0), (1, 2, 0)])
+def test_plans_do_not_depend_on_the_order_in_which_jobs_end(
+    database: Database, order: tuple[int, ...]
+) -> None:
+    surgery = configured(database)
+    names = ("PRE", "INTER", "POST")
+    stages = [new_stage(database, surgery, name, now=at(n)) for n, name in enumerate(names)]
+    for place, number in enumerate(order):
+        end(database, stages[number].job.id, 10 + place)
+    plans = planned(database, surgery)
+    assert [(p.reference.name, p.baseline, p.previous) for p in plans] == [
+        ("PRE", "PRE", None),
+        ("INTER", "PRE", "PRE"),
+        ("POST", "PRE", "INTER"),
+    ]
+
+
+def test_the_stages_are_named_with_take_and_calibration(database: Database) -> None:
+    surgery = configured(database)
+    stage = new_stage(database, surgery, "PRE", now=at(1))
+    end(database, stage.job.id, 1)
+    (plan,) = planned(database, surgery)
+    assert plan.reference == StageReference(name="PRE", take=1, calibration_id=stage.calibration_id)
