@@ -1,9 +1,8 @@
 """``python -m bench.lamp_shift DIR...``: displacement of the networks' centres towards the lamp in rendered pairs.
 
-The median error of the sure centres of a view is compared with the direction of the lamp that its rig makes probable;
-the detector subtracts by the direction that it estimates. The table gives the coefficient k of k s |l| l, radii, for
-the direction l and stated standard deviations s, with nothing subtracted and with what `CentreParameters.lamp_shift`
-subtracts; k of the first DIR without it is that parameter. Run it again when the networks have been trained again.
+The median error of the sure centres of a view is compared with the direction of the lamp that its rig makes probable.
+The table gives the coefficient k of k s |l| l, radii, for the direction l and stated standard deviations s. Where k
+differs from zero by more than its error, all triads of such pairs are displaced in depth (docs/detection.md).
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -50,31 +49,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m bench.lamp_shift", description=__doc__)
     parser.add_argument("directory", type=Path, nargs="+")
     options = parser.parse_args(arguments)
-    subtracted = Parameters().centres.lamp_shift
     rows = []
     for root in options.directory:
-        scenes = list(find_ball_scenes(root))
-        for shift in (0.0, subtracted):
-            found = measure(scenes, shift)
-            if not len(found.error):
-                parser.error(f"no pairs with sure centres under {root}")
-            k, sd = found.coefficient
-            rms = np.sqrt(np.square(found.error).mean(axis=0))
-            rows.append((root, shift, len(found.error), f"{k:.1f} ± {sd:.1f}", f"{rms[0]:.4f}, {rms[1]:.4f}"))
-    columns = ["pairs", "subtracted", "views", "k that is left", "RMS of the views' median errors, u, v"]
+        found = measure(list(find_ball_scenes(root)))
+        if not len(found.error):
+            parser.error(f"no pairs with sure centres under {root}")
+        k, sd = found.coefficient
+        rms = np.sqrt(np.square(found.error).mean(axis=0))
+        rows.append((root, len(found.error), f"{k:.1f} ± {sd:.1f}", f"{rms[0]:.4f}, {rms[1]:.4f}"))
+    columns = ["pairs", "views", "k", "RMS of the views' median errors, u, v"]
     Grid.of("Displacement towards the lamp, radii", columns, rows).print()
     return 0
 
 
-def measure(scenes: Sequence[BallScene], lamp_shift: float) -> Displacement:
-    """Return the displacement in scenes with a displacement subtracted."""
+def measure(scenes: Sequence[BallScene]) -> Displacement:
+    """Return the displacement in scenes."""
     p, error, lamp = Parameters(), [], []
-    centres = replace(p.centres, lamp_shift=lamp_shift)
     with ThreadPoolExecutor(max_workers=1) as pool:
         for scene in scenes:
             rig = scene.scene.rig
             ranges = nominal_ranges_mm(rig, p.search.matching.epipolar)
-            detector = prepare_detector(rig, ranges, p.ball_diameter_mm, p.detection, centres)
+            detector = prepare_detector(rig, ranges, p.ball_diameter_mm, p.detection, p.centres)
             left, right = (Frame(view.image, view.side) for view in scene.views)
             for view, nominal, found in zip(
                 scene.views, detector.views, detector.detect(left, right, pool), strict=True

@@ -1,8 +1,8 @@
 """``python -m training --out FILE``: draw simulated examples, train the ball networks, write their weights.
 
-For each size of balls two refinement networks are fitted, one to all examples and one to those with a usual look, of
-glossy balls in clean and sharp images; their mean is more accurate than either in both. With the default options it
-takes one to two hours on two cores, and the same seed gives the same networks except for rounding, which
+For each size of balls two refinement networks are fitted, one to examples of all looks and one to examples of usual
+looks, of glossy balls in clean and sharp images; their mean is more accurate than either in both. With the default
+options it takes about two hours on two cores, and the same seed gives the same networks except for rounding, which
 depends on the machine. docs/detection.md says what the networks that ship were fitted to. Needs PyTorch.
 """
 
@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
@@ -19,24 +20,25 @@ from rich.progress import Progress
 from spinewatch.detection.refinement.network_file import write_networks
 from spinewatch.detection.refinement.networks import BallNetworks
 from spinewatch.detection.refinement.patches import PatchGrid
-from spinewatch.simulation.images.examples import FAMILIES, ExampleParameters
+from spinewatch.simulation.images.examples import FAMILIES, ExampleParameters, Examples
 from training.draw import draw
 from training.fit import Architecture
 from training.fit_all import Fit, fit_all
 
-PROPOSAL = Architecture(PatchGrid(25, 5.0), 0.0, ((5, 3, 12), (3, 1, 24), (3, 2, 32)), 48)
-SMALL = (
-    Architecture(PatchGrid(25, 5.0), 0.0, ((5, 2, 32), (3, 1, 56), (3, 2, 80)), 112),
-    ExampleParameters(PatchGrid(25, 5.0), (7.0, 13.5), wider=32.0),
-)
-LARGE = (
-    Architecture(PatchGrid(49, 10.0), 15.0, ((5, 2, 16), (3, 2, 24), (3, 1, 32), (3, 2, 48)), 64),
-    ExampleParameters(PatchGrid(49, 10.0), (14.0, 36.0), wider=36.0),
-)
-"""The proposal network; the refinement network for balls of usual size, with the examples that train both of them; and
-the refinement network for large images, which keeps their detail."""
+SMALL_GRID, LARGE_GRID = PatchGrid(25, 5.0), PatchGrid(49, 10.0)
+"""Samples of patches of balls of usual size, and of those in large images, which keep their detail."""
+PROPOSAL = Architecture(SMALL_GRID, 0.0, ((5, 3, 12), (3, 1, 24), (3, 2, 32)), 48)
+SMALL = Architecture(SMALL_GRID, 0.0, ((3, 1, 24), (3, 2, 48), (3, 1, 64), (3, 2, 96)), 128)
+SMALL_USUAL = Architecture(SMALL_GRID, 0.0, ((5, 2, 16), (3, 1, 32), (3, 2, 48)), 64)
+LARGE = Architecture(LARGE_GRID, 15.0, ((5, 2, 16), (3, 2, 24), (3, 1, 32), (3, 2, 48)), 64)
+"""The proposal network, and the refinement networks for balls of usual size, of all and of usual looks, and for large
+images. That of usual looks is small, because it sees all balls of all images."""
+SMALL_EXAMPLES = ExampleParameters(SMALL_GRID, (7.0, 13.5), wider=32.0)
+LARGE_EXAMPLES = ExampleParameters(LARGE_GRID, (14.0, 36.0), wider=36.0)
 UNUSUAL = tuple(family for family in FAMILIES if family != "glossy")
 """Families of looks that the networks for usual looks are not trained on."""
+USUAL_SHARE = 0.4
+"""Number of examples of usual looks over that of all looks."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -58,7 +60,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--examples", type=int, nargs=2, default=(320_000, 64_000), metavar=("SMALL", "LARGE")
     )
     parser.add_argument(
-        "--epochs", type=int, nargs=3, default=(16, 48, 48), metavar=("PROPOSAL", "SMALL", "LARGE")
+        "--epochs", type=int, nargs=3, default=(16, 44, 48), metavar=("PROPOSAL", "SMALL", "LARGE")
     )
     parser.add_argument("--seed", type=int, default=1995)
     parser.add_argument("--processes", type=int, default=2, help="number of processes that draw examples")
@@ -67,16 +69,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
     proposal, small, large = options.epochs
     small_balls, large_balls = options.examples
     with Progress(console=console) as progress:
-        small_examples, large_examples = (
-            draw(parameters, count, options.seed, options.processes, progress)
-            for parameters, count in ((SMALL[1], small_balls), (LARGE[1], large_balls))
-        )
+
+        def drawn(parameters: ExampleParameters, count: int) -> tuple[Examples, Examples]:
+            usual = replace(parameters, left_out=UNUSUAL)
+            return (
+                draw(parameters, count, options.seed, options.processes, progress),
+                draw(usual, round(USUAL_SHARE * count), options.seed, options.processes, progress),
+            )
+
+        small_all, small_usual = drawn(SMALL_EXAMPLES, small_balls)
+        large_all, large_usual = drawn(LARGE_EXAMPLES, large_balls)
         fits = (
-            Fit(SMALL[0], small_examples, small),
-            Fit(LARGE[0], large_examples, large),
-            Fit(PROPOSAL, small_examples, proposal),
-            Fit(SMALL[0], small_examples, small, UNUSUAL),
-            Fit(LARGE[0], large_examples, large, UNUSUAL),
+            Fit(SMALL, small_all, small),
+            Fit(LARGE, large_all, large),
+            Fit(PROPOSAL, small_all, proposal),
+            Fit(SMALL_USUAL, small_usual, small),
+            Fit(LARGE, large_usual, large),
         )
         fitted = fit_all(fits, options.seed, options.processes, progress)
     for network, errors in fitted:

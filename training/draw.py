@@ -39,8 +39,10 @@ def draw(
         The examples.
     """
     sizes = [min(_CHUNK, count - start) for start in range(0, count, _CHUNK)]
-    seeds = np.random.SeedSequence([seed, parameters.grid.size]).spawn(len(sizes))
-    task = progress.add_task(f"examples of {parameters.grid.size} x {parameters.grid.size}", total=count)
+    grid = parameters.grid.size
+    seeds = np.random.SeedSequence([seed, grid, len(parameters.left_out)]).spawn(len(sizes))
+    looks = "usual looks" if parameters.left_out else "all looks"
+    task = progress.add_task(f"examples of {grid} x {grid}, {looks}", total=count)
     parts = []
     with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
         for part in pool.map(_draw_chunk, seeds, sizes, [parameters] * len(sizes)):

@@ -15,7 +15,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from spinewatch.simulation.images.examples import FAMILIES
-from training.__main__ import SMALL
+from training.__main__ import SMALL, SMALL_EXAMPLES
 from training.draw import draw
 from training.fit import CentreErrors, FitErrors
 from training.fit_all import Fit, fit_all
@@ -41,9 +41,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--processes", type=int, default=2)
     options = parser.parse_args(arguments)
     with Progress(console=Console(stderr=True)) as progress:
-        examples = draw(SMALL[1], options.examples, options.seed, options.processes, progress)
-        fits = [Fit(SMALL[0], examples, options.epochs)]
-        fits += [Fit(SMALL[0], examples, options.epochs, (family,)) for family in FAMILIES]
+        examples = draw(SMALL_EXAMPLES, options.examples, options.seed, options.processes, progress)
+        fits = [Fit(SMALL, examples, options.epochs)]
+        fits += [Fit(SMALL, examples, options.epochs, (family,)) for family in FAMILIES]
         errors = [errors for _, errors in fit_all(fits, options.seed, options.processes, progress)]
     Console().print(_table(errors[0], dict(zip(FAMILIES, errors[1:], strict=True))))
     return 0

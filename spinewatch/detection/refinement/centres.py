@@ -63,10 +63,6 @@ class CentreParameters:
         expected, not as measured.
     lamp_sd_rad
         Standard deviation per axis of the lamp's direction about that of the point midway between the cameras, radians.
-    lamp_shift
-        Displacement of the networks' centres towards the lamp in rendered images, over their standard deviation per
-        axis and the squared length of the lamp's direction; simulated images, to which the networks were fitted, do not
-        have it. It is subtracted.
     merge_radius
         Features whose centres are closer than this are one.
     max_shift
@@ -92,7 +88,6 @@ class CentreParameters:
     min_odds: float = 3.0
     min_balls: int = 4
     lamp_sd_rad: float = 0.11
-    lamp_shift: float = 5.8
     merge_radius: float = 0.4
     max_shift: float = 0.7
     rotation_correlation: float = 0.8
@@ -367,8 +362,7 @@ def _refine(
     ranked = _best(score, len(score))
     order = ranked[_without_duplicates(centre[ranked] / (ball_px / 2), p.merge_radius)][: p.n_kept]
     stated = covariance[order] + np.diag(np.square(p.model_sd * ball_px / 2))
-    displacement = np.outer(_sd_radii(stated, ball_px), p.lamp_shift * np.linalg.norm(lamp) * lamp)
-    outline = centre[order] - displacement * (ball_px / 2)
+    outline = centre[order]
     xy_px = outline - outline_offsets(view.camera, outline, ball_px[0])
     features = Features(xy_px, score[order], stated, visible[order])
     rest = ranked[~np.isin(ranked, order)]

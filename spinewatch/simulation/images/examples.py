@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -75,6 +77,8 @@ class ExampleParameters:
         Fraction of the balls whose width reaches ``wider``.
     samples
         Minimum number of rays across a ball.
+    left_out
+        Families of looks to which no example belongs.
     """
 
     grid: PatchGrid
@@ -82,6 +86,7 @@ class ExampleParameters:
     wider: float
     wider_share: float = 0.2
     samples: int = 28
+    left_out: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +174,8 @@ class _Shot:
 
 def _random_shot(rng: np.random.Generator, textures: Single, p: ExampleParameters) -> _Shot:
     """Return an image of a random world."""
-    world = random_world(rng, textures, present=bool(rng.random() < _PRESENT))
+    present = bool(rng.random() < _PRESENT)
+    world = _drawn(lambda: random_world(rng, textures, present), _families_of_world, p)
     ball_px = _random_size(rng, p)
     half = np.ceil((p.grid.size / (2 * p.grid.radius) + 0.45) * ball_px / 2).astype(int) + 4
     # Most features are accurate to a fraction of a pixel, some are not.
@@ -189,7 +195,8 @@ def _random_shot(rng: np.random.Generator, textures: Single, p: ExampleParameter
 def _exposed(rng: np.random.Generator, shot: _Shot, p: ExampleParameters) -> tuple[Single, Single]:
     """Return a patch and its truth (9 + k,): ball, offset, visible, log size, up, lamp, families."""
     world, ball_px, half, centre = shot.world, shot.ball_px, shot.half, shot.centre
-    sensor = random_sensor(rng, (float(ball_px[0]), float(ball_px[1])))
+    size = (float(ball_px[0]), float(ball_px[1]))
+    sensor = _drawn(lambda: random_sensor(rng, size), _families_of_sensor, p)
     tone = patch_tone(expose(shot.radiance, shot.samples, sensor, rng))
     assumed = ball_px * np.exp(rng.normal(0, 0.03 if rng.random() < 0.5 else 0.1))
     middle = half
@@ -205,35 +212,56 @@ def _exposed(rng: np.random.Generator, shot: _Shot, p: ExampleParameters) -> tup
     ball = world.present and np.hypot(*offset) < _MAX_OFFSET and patch.std() > _MIN_CONTRAST
     log_size = np.log(ball_px[0] / assumed[0])
     directions = (d[:2] * (1, -1) for d in (world.up, world.lamp))
+    families = _families_of_world(world) | _families_of_sensor(sensor)
     truth = [
         ball,
         *offset,
         shot.visible,
         log_size,
         *np.concatenate(list(directions)),
-        *_families(world, sensor),
+        *(families[name] for name in FAMILIES),
     ]
     return patch, np.array(truth, np.float32)
 
 
-def _families(world: World, sensor: SensorModel) -> list[bool]:
-    """Return whether an example belongs to each of the `FAMILIES`."""
+_Drawn = TypeVar("_Drawn")
+
+
+def _drawn(
+    draw: Callable[[], _Drawn], families: Callable[[_Drawn], Mapping[str, bool]], p: ExampleParameters
+) -> _Drawn:
+    """Return the first of what is drawn again and again that belongs to no family that is left out."""
+    while True:
+        drawn = draw()
+        belongs = families(drawn)
+        if not any(belongs.get(name, False) for name in p.left_out):
+            return drawn
+
+
+def _families_of_world(world: World) -> dict[str, bool]:
+    """Return whether images of a world belong to each of the families that depend on it."""
     ball = world.spheres[0] if world.present else None
     roughness = ball.material.roughness if ball else np.nan
-    return [
-        roughness < _SATIN,
-        _SATIN <= roughness < _MATTE,
-        roughness >= _MATTE,
-        ball is not None and ball.smear is not None,
-        world.ground.albedo < _DARK,
-        any(lamp.direction[2] < _RAKING and lamp.irradiance > _STRONG for lamp in world.lamps),
-        len(world.lamps) > 1 and world.lamps[0].direction is not world.lamp,
-        max(sensor.defocus_px) > 0,
-        max(np.abs(sensor.motion_px)) > 0,
-        sensor.quality is not None,
-        sensor.sharpening > 0,
-        sensor.read > _NOISY,
-    ]
+    return {
+        "glossy": roughness < _SATIN,
+        "satin": _SATIN <= roughness < _MATTE,
+        "matte": roughness >= _MATTE,
+        "smeared": ball is not None and ball.smear is not None,
+        "dark tissue": world.ground.albedo < _DARK,
+        "side lamp": any(lamp.direction[2] < _RAKING and lamp.irradiance > _STRONG for lamp in world.lamps),
+        "twin lamps": len(world.lamps) > 1 and world.lamps[0].direction is not world.lamp,
+    }
+
+
+def _families_of_sensor(sensor: SensorModel) -> dict[str, bool]:
+    """Return whether images of a sensor belong to each of the families that depend on it."""
+    return {
+        "defocused": max(sensor.defocus_px) > 0,
+        "shaken": max(np.abs(sensor.motion_px)) > 0,
+        "compressed": sensor.quality is not None,
+        "sharpened": sensor.sharpening > 0,
+        "noisy": sensor.read > _NOISY,
+    }
 
 
 def _random_size(rng: np.random.Generator, p: ExampleParameters) -> Float:

@@ -34,6 +34,9 @@ _SMEARED = 0.2
 _FINGER = 0.08
 _ROD = 0.35
 _BORDER = 0.15
+_SHALLOW = 0.15
+"""Fraction of worlds whose balls are so near to the tissue that their shadows touch them. Where an outline is faint the
+networks expect a shadow as often as they have met one, and place the centre towards the lamp by as much."""
 
 
 def random_world(rng: np.random.Generator, textures: Single, present: bool) -> World:
@@ -117,7 +120,7 @@ def _random_up(rng: np.random.Generator) -> Single:
 
 
 def _random_ground(rng: np.random.Generator, textures: Single, up: Single, present: bool) -> Ground:
-    depth = log_uniform(rng, 0.7, 4.0) if rng.random() < 0.3 else rng.uniform(4.0, 16.0)
+    depth = log_uniform(rng, 0.7, 4.0) if rng.random() < _SHALLOW else rng.uniform(4.0, 20.0)
     border = None
     if rng.random() < _BORDER:
         azimuth = rng.uniform(0, 2 * np.pi)

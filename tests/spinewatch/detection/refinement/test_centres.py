@@ -120,20 +120,6 @@ def test_the_mean_of_networks_counts_when_the_look_is_not_usual(
     assert 0 < np.median(apart) < 0.1
 
 
-def test_the_displacement_towards_the_lamp_is_subtracted(
-    sample: tuple[NominalView, Pixels, Features],
-) -> None:
-    with_it, without = (
-        refined(*sample, CentreParameters(lamp_shift=shift)).take(np.arange(12)) for shift in (5.0, 0.0)
-    )
-    moved = without.xy_px - with_it.xy_px  # the lamp is estimated near the expected direction
-    assert np.all(moved @ LAMP > 0)
-    variance = np.diagonal(with_it.covariance_px2, axis1=1, axis2=2).mean(axis=1)
-    ratio = np.linalg.norm(moved, axis=1) / np.sqrt(variance)
-    assert ratio == pytest.approx(np.median(ratio), rel=0.1)
-    assert np.median(ratio) == pytest.approx(5.0 * 0.28**2, rel=0.6)
-
-
 def test_three_orientations_count_when_the_look_is_not_usual(
     sample: tuple[NominalView, Pixels, Features],
 ) -> None:

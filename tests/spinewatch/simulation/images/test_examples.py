@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 
 from spinewatch.detection.refinement.patches import PatchGrid
@@ -46,3 +48,13 @@ def test_families_are_of_the_stated_looks() -> None:
     assert np.all(gloss[examples.ball] == 1)
     assert np.all(gloss <= 1)
     assert all(0 < members.sum() < 100 for members in family.values())
+
+
+def test_no_example_belongs_to_a_family_that_is_left_out() -> None:
+    left_out = tuple(name for name in FAMILIES if name != "glossy")
+    usual = replace(PARAMETERS, left_out=left_out)
+    examples = random_examples(np.random.default_rng(9), 60, usual)
+    family = dict(zip(FAMILIES, examples.families.T, strict=True))
+    assert not any(family[name].any() for name in left_out)
+    assert np.all(family["glossy"][examples.ball])
+    assert 0 < examples.ball.sum() < 60
