@@ -37,7 +37,7 @@ Step = Callable[[], object]
 UNSEEN = (
     (
         "all names in reverse order",
-        "one stage shows neither head nor feet; only a surgery that declares the direction can decide",
+        "one stage shows neither head nor feet; the direction declared for a surgery or its spine decides",
     ),
     (
         "all names shifted by one level",
@@ -66,6 +66,22 @@ UNSEEN = (
     (
         "the sign of a small K1",
         "errors of 1.0 mm, 4 sd, at 0.11 px; the markers are 0.34% short, 2 to 3 sd of what 4 triads show",
+    ),
+    (
+        "the whole right image shifted by up to a few columns",
+        "every depth changes alike, 3 mm for all triads; rows and marker lengths hardly do",
+    ),
+    (
+        "columns dropped within one image",
+        "what lies beside them is shifted along its row, which is the depth; a triad there keeps its size",
+    ),
+    (
+        "rows shifted in both images alike",
+        "the pair agrees as before; the triads are all moved together",
+    ),
+    (
+        "left and right of the patient exchanged where triads are seen from the side",
+        "the anterior axis is tested against the way the triads face; from the side it agrees with both",
     ),
 )
 """Mistakes that nothing in the input reveals, and why; docs/mistakes.md has the same table."""

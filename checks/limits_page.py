@@ -59,13 +59,23 @@ _REQUESTS = _of(
 _FURTHER = [
     *_of("service.plan_query", MAX_VERTEBRAE="vertebrae of a plan; 422"),
     *_of("service.routes.points", MAX_POINTS="points of one request for their reconstruction; 422"),
-    *_of("contract.measuring", MAX_MARKERS="kinds of markers of a stage; 422"),
+    *_of(
+        "contract.measuring",
+        MAX_MARKERS="kinds of markers of a stage; 422",
+        _MAX_RANGE_MM="farthest range of the markers of a stage, mm; 422",
+    ),
     *_of(
         "service.connection",
         _MIN_READ_RATE="bytes per second that a client reads at least, or it is disconnected",
     ),
     *_of("service.forms.stage", MAX_PAIRS="pairs of a burst; 422"),
     *_of("service.forms.calibration", MAX_SHOTS="shots of a calibration; 422"),
+    *_of(
+        "contract.parameter_ranges",
+        MAX_FACTOR="number of a revision's parameters over its default; 422",
+        MAX_COUNT_FACTOR="whole number of a revision's parameters over its default; 422",
+        MAX_ITEMS="items of a list of a revision's parameters; 422",
+    ),
     *_of("service.forms.calibration", _MAX_TOTAL_PIXELS="pixels of all shots of a calibration together; 422"),
     *_of(
         "service.forms.control_field",
@@ -82,7 +92,23 @@ _FURTHER = [
         MAX_CPU_SECONDS="CPU time of the process that decodes a radiograph, s; 422",
         MAX_MEMORY_BYTES="address space of that process, bytes; 422",
         MAX_SECONDS="time of that process, s; 503",
-        _MAX_LOGGED="bytes of what that process says when it breaks that are logged",
+    ),
+    *_of(
+        "service.export_process",
+        MAX_CPU_SECONDS="CPU time of the process that makes an export, s; 422",
+        MAX_MEMORY_BYTES="address space of that process, bytes; 422",
+        MAX_SECONDS="time of that process, s; 503",
+    ),
+    *_of(
+        "service.limited_process",
+        _MAX_LOGGED="bytes of what such a process says when it breaks that are logged",
+    ),
+    *_of(
+        "service.turns",
+        MAX_DECODINGS="radiographs that are decoded at once; further ones wait",
+        MAX_EXPORTS="exports that are made at once; further ones wait",
+        MAX_PLANS="plans that are computed at once; further ones wait",
+        MAX_WAIT_SECONDS="time that a request waits for its turn, s; 503",
     ),
     *_of("contract.revision", MAX_EDITS="edits of one kind in a revision of a stage; 422"),
     *_of(
@@ -127,6 +153,11 @@ _IMAGES = [
     ),
 ]
 _ACCESS = [
+    *_of(
+        "settings.patterns",
+        MAX_TEXT="characters of a text that the pattern of case numbers is judged for",
+        _MAX_WAYS="ways in which it may be tried on such a text; else it is refused at the start",
+    ),
     *_of("store.sessions", MAX_SESSIONS="sessions of one key; a further one ends the oldest"),
     *_of(
         "service.failed_attempts",

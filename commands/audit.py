@@ -73,10 +73,14 @@ def export(
     from exports.audit_fhir import export as fhir_bundle  # noqa: PLC0415
     from store.audit import all_events  # noqa: PLC0415
     from store.database import Database  # noqa: PLC0415
+    from store.errors import NotFoundError  # noqa: PLC0415
     from store.private_file import private_file  # noqa: PLC0415
 
     database = Database(settings.database_url)
     try:
+        with database.read() as session:
+            if surgery is not None and next(iter(all_events(session, surgery)), None) is None:
+                raise NotFoundError("surgery")
         with database.read() as session, private_file(file) as stream:
             events = all_events(session, surgery)
             if form is Format.FHIR:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from commands.shared.files import printable_name, write_text
+from commands.shared.files import printable_name, require_ending, write_text
 from spinewatch.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -36,7 +36,9 @@ def calibrate(  # noqa: PLR0913, PLR0917 - one argument per option
     out: Annotated[Path | None, typer.Option(help="File to write the rig or cameras JSON to.")] = None,
     report: Annotated[Path | None, typer.Option(help="File to write the HTML report to.")] = None,
     name: Annotated[str, typer.Option(help="Name of the rig.")] = "rig",
-    verify: Annotated[int, typer.Option(help="Number of trailing shots held out for verification.")] = 0,
+    verify: Annotated[
+        int, typer.Option(min=0, max=1000, help="Number of trailing shots held out for verification.")
+    ] = 0,
     pixel_size: Annotated[
         str | None,
         typer.Option(help="Pixel width and height, mm: 0.01,0.00845.", show_default="the cart's pixels"),
@@ -58,6 +60,10 @@ def calibrate(  # noqa: PLR0913, PLR0917 - one argument per option
     """Calibrate cameras with a control field; print the calibration and its quality as JSON."""
     from commands.shared.calibration_options import parse_solve_options  # noqa: PLC0415 - loads SciPy
 
+    if report is not None:
+        require_ending(report, (".html", ".htm"), "a report of a calibration")
+    if out is not None:
+        require_ending(out, (".json", ""), "a rig as JSON")
     solve = parse_solve_options(free, fix, estimate_aspect)
     name = printable_name(name)
     if not all(path.suffix.lower() == ".csv" for path in files):

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from commands.shared.files import require_ending
 from spinewatch.rig_files import RigFormat
 
 _CART_IMAGE_SIZE = "568x416"
+_ENDINGS: Mapping[RigFormat, tuple[str, ...]] = {
+    "json": (".json", ""),
+    "1995": (".dat", ".1995", ""),
+    "opencv": (".yml", ".yaml", ".opencv", ""),
+}
 
 
 def convert(
@@ -37,6 +44,8 @@ def convert(
     name: Annotated[str, typer.Option(help="Name of the rig, for formats without one.")] = "rig",
 ) -> None:
     """Convert a rig between rig JSON, the parameter file of 1995, OpenCV YAML and OpenPTV."""
+    if target_format in _ENDINGS:
+        require_ending(out, _ENDINGS[target_format], f"a rig in the format {target_format}")
     from commands.shared.calibration_options import parse_sensor  # noqa: PLC0415 - loads SciPy, which --help does not need
     from commands.shared.rig_files import read_rig_file, write_rig_file  # noqa: PLC0415
 

@@ -11,9 +11,10 @@ import typer
 def disparity(
     rig: Annotated[Path, typer.Option(help="Rig JSON: calibration of both cameras.")],
     heights: Annotated[
-        tuple[float, float], typer.Option(help="Lowest and highest plane, object space, mm.")
+        tuple[float, float],
+        typer.Option(min=-1e5, max=1e5, help="Lowest and highest plane, object space, mm."),
     ] = (0.0, 120.0),
-    planes: Annotated[int, typer.Option(min=2, help="Number of planes.")] = 7,
+    planes: Annotated[int, typer.Option(min=2, max=25, help="Number of planes.")] = 7,
 ) -> None:
     """Print the disparities of a rig over its field of view and depth."""
     from commands.shared.plan_tables import print_disparity  # noqa: PLC0415 - --help does not need it

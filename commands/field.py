@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from commands.shared.numbers import MAX_SEED
+
 cli = typer.Typer(help="Try or design a control field.", no_args_is_help=True)
 
 
@@ -22,13 +24,14 @@ def try_field(
         ),
     ] = False,
     noise: Annotated[
-        float, typer.Option(min=0.001, help="Standard deviation of image points, per axis, px.")
+        float, typer.Option(min=0.001, max=5.0, help="Standard deviation of image points, per axis, px.")
     ] = 0.1,
     point_error: Annotated[
-        float, typer.Option(min=0.0, help="Standard deviation of the points as built, per axis, mm.")
+        float,
+        typer.Option(min=0.0, max=100.0, help="Standard deviation of the points as built, per axis, mm."),
     ] = 0.0,
-    trials: Annotated[int, typer.Option(min=1, help="Number of simulated calibrations.")] = 20,
-    seed: Annotated[int, typer.Option(help="Seed of the random numbers.")] = 0,
+    trials: Annotated[int, typer.Option(min=1, max=10_000, help="Number of simulated calibrations.")] = 20,
+    seed: Annotated[int, typer.Option(min=0, max=MAX_SEED, help="Seed of the random numbers.")] = 0,
 ) -> None:
     """Simulate calibrations with a control field before it is built."""
     import numpy as np  # noqa: PLC0415 - --help does not need it
@@ -51,10 +54,12 @@ def try_field(
 @cli.command("design")
 def design_field(
     out: Annotated[Path, typer.Argument(help="CSV file to write the control field to.")],
-    rows: Annotated[int, typer.Option(help="Number of rows of pegs.")] = 5,
-    columns: Annotated[int, typer.Option(help="Number of columns of pegs.")] = 6,
-    spacing: Annotated[float, typer.Option(help="Distance between neighbouring pegs, mm.")] = 127.0,
-    seed: Annotated[int, typer.Option(help="Seed of the random heights.")] = 0,
+    rows: Annotated[int, typer.Option(min=3, max=30, help="Number of rows of pegs.")] = 5,
+    columns: Annotated[int, typer.Option(min=3, max=30, help="Number of columns of pegs.")] = 6,
+    spacing: Annotated[
+        float, typer.Option(min=5.0, max=1000.0, help="Distance between neighbouring pegs, mm.")
+    ] = 127.0,
+    seed: Annotated[int, typer.Option(min=0, max=MAX_SEED, help="Seed of the random heights.")] = 0,
 ) -> None:
     """Design a peg board in which low and high pegs alternate, for `field try` and `calibrate`."""
     import numpy as np  # noqa: PLC0415 - --help does not need it

@@ -35,7 +35,9 @@ def igtl(
     stage: Annotated[
         str | None, typer.Option(help="Stage to send.", show_default="the latest one with a spine")
     ] = None,
-    poll: Annotated[float, typer.Option(min=0.05, help="Seconds between looks for a new stage.")] = 1.0,
+    poll: Annotated[
+        float, typer.Option(min=0.05, max=3600.0, help="Seconds between looks for a new stage.")
+    ] = 1.0,
 ) -> None:
     """Send one TRANSFORM a vertebra and one TDATA to OpenIGTLink clients, and again when a new stage is measured."""
     from commands.shared.broadcast import Broadcast  # noqa: PLC0415 - --help does not need them

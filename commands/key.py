@@ -34,7 +34,7 @@ def create(
     name: Annotated[str, typer.Argument(help="What the key is for, for example 'cart 1'.")],
     scope: Annotated[list[str], typer.Option(help=f"What it permits; may be repeated: {_SCOPES}.")],
     expires: Annotated[
-        int | None, typer.Option(help="Days until it is refused.", show_default="never")
+        int | None, typer.Option(min=1, max=3650, help="Days until it is refused.", show_default="never")
     ] = None,
 ) -> None:
     """Make a key and print it; only its SHA-256 is stored, so that it cannot be shown again."""

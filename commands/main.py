@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import sys
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
+from typer.exceptions import TyperException
 
 from commands import (
     audit,
@@ -34,6 +35,7 @@ from commands import (
     worker,
 )
 from commands.programs_1995 import detect, match, ndlt, pix2mm, sim3d, spaco, v2stereo
+from commands.shared.output import standard_output
 from spinewatch.errors import SpinewatchError
 
 
@@ -97,9 +99,36 @@ cli.add_typer(templates.cli, name="templates")
 
 
 def app() -> None:
-    """Run the command line; a ``SpinewatchError`` becomes one line on stderr and exit status 2."""
+    """Run the command line; a named error, or wrong arguments, become one line on stderr and exit status 2."""
     try:
-        cli()
+        with standard_output():
+            status = cli(standalone_mode=False)
     except SpinewatchError as error:
-        print(f"spinewatch: {error}", file=sys.stderr)  # noqa: T201
-        sys.exit(2)
+        _end(str(error), 2)
+    except TyperException as error:
+        _end(_wrong_arguments(error), 2)
+    except typer.Abort:
+        _end("ended without an answer", 1)
+    except BrokenPipeError:  # whoever read the output has ended, and wants no more
+        sys.exit(1)
+    sys.exit(status)
+
+
+def _wrong_arguments(error: TyperException) -> str:
+    """Return what is wrong with the arguments in one line; nothing if there are none, when the help is printed."""
+    if type(error).__name__ == "NoArgsIsHelpError":
+        return ""
+    context = getattr(error, "ctx", None)
+    command = "spinewatch" if context is None else context.command_path
+    problem = " ".join(error.format_message().split()).removesuffix(".")
+    option = getattr(error, "param", None)
+    low, high = getattr(option, "min", None), getattr(option, "max", None)
+    if isinstance(error, typer.BadParameter) and low is not None and high is not None:
+        problem += f"; give {low:.12g} to {high:.12g}"
+    return f"{problem}; see {command} --help"
+
+
+def _end(line: str, status: int) -> NoReturn:
+    if line:
+        print(f"spinewatch: {line}", file=sys.stderr)  # noqa: T201
+    sys.exit(status)

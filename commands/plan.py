@@ -16,17 +16,21 @@ def plan(  # noqa: PLR0913, PLR0917 - one parameter per option
         str, typer.Option(help="Vertebrae with a triad, the reference first.")
     ] = "L1,T11,T9,T7",
     marker: Annotated[str, typer.Option(help="Name of the marker.")] = "flat-10-14-18",
-    triad_size: Annotated[float, typer.Option(min=0.1, help="Scale of the marker.")] = 1.0,
-    spacing: Annotated[float, typer.Option(min=1.0, help="Distance between neighbours, mm.")] = 50.0,
+    triad_size: Annotated[float, typer.Option(min=0.1, max=10.0, help="Scale of the marker.")] = 1.0,
+    spacing: Annotated[
+        float, typer.Option(min=1.0, max=200.0, help="Distance between neighbours, mm.")
+    ] = 50.0,
     spine_axis: Annotated[Literal["x", "y"], typer.Option(help="Object axis along the spine.")] = "x",
     noise: Annotated[
-        float, typer.Option(min=0.001, help="Standard deviation of image points, per axis, px.")
+        float, typer.Option(min=0.001, max=5.0, help="Standard deviation of image points, per axis, px.")
     ] = 0.1,
     common: Annotated[
-        float, typer.Option(min=0.0, help="Pointing error shared by the balls of a triad in a view, mrad.")
+        float,
+        typer.Option(min=0.0, max=5.0, help="Pointing error shared by the balls of a triad in a view, mrad."),
     ] = 0.08,
     disc: Annotated[
-        float | None, typer.Option(min=5.0, help="Design the best marker in a disc of this radius, mm.")
+        float | None,
+        typer.Option(min=5.0, max=100.0, help="Design the best marker in a disc of this radius, mm."),
     ] = None,
 ) -> None:
     """Predict the accuracy of positions, rotations, motion and Cobb angle."""

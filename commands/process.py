@@ -25,7 +25,9 @@ def process(  # noqa: PLR0913, PLR0917 - one argument per option
     left: Annotated[Path, typer.Argument(help="Left image: PNG, TIFF, JPEG or Sun raster.")],
     right: Annotated[Path, typer.Argument(help="Right image, taken at the same time.")],
     rig: Annotated[Path, typer.Option(help="Rig JSON: calibration of both cameras.")],
-    triads: Annotated[int | None, typer.Option(help="Number of triads in the field of view.")] = None,
+    triads: Annotated[
+        int | None, typer.Option(min=1, max=30, help="Number of triads in the field of view.")
+    ] = None,
     labels: Annotated[
         str | None,
         typer.Option(

@@ -36,6 +36,7 @@ def purge(
         typer.Option(
             "--older-than",
             min=1,
+            max=36_500,
             metavar="DAYS",
             help="Every surgery without a stage in the last DAYS days.",
             show_default=False,

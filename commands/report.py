@@ -7,12 +7,12 @@ from typing import Annotated
 
 import typer
 
-from commands.shared.files import write_bytes
+from commands.shared.files import require_ending, write_bytes
 from commands.shared.key_option import Key
 
 
 def report(
-    out: Annotated[Path, typer.Option(help="File to write; .pdf for a PDF, anything else for HTML.")],
+    out: Annotated[Path, typer.Option(help="File to write; .pdf for a PDF, .html or .htm for HTML.")],
     surgery: Annotated[
         str | None, typer.Argument(help="Identifier of a surgery of a running service.")
     ] = None,
@@ -23,6 +23,7 @@ def report(
     key: Key = None,
 ) -> None:
     """Write the report of a surgery, one file that needs no other."""
+    require_ending(out, (".html", ".htm", ".pdf"), "a report")
     from commands.shared.summary_choice import read_summary  # noqa: PLC0415 - --help does not need them
     from reports.pdf import to_pdf  # noqa: PLC0415
     from reports.surgery import render_surgery  # noqa: PLC0415

@@ -35,7 +35,10 @@ def run(
     host: Host = None,
     port: Port = None,
     workers: Annotated[
-        int | None, typer.Option(help="Number of worker processes.", show_default="SPINEWATCH_WORKERS or 2")
+        int | None,
+        typer.Option(
+            min=1, max=64, help="Number of worker processes.", show_default="SPINEWATCH_WORKERS or 2"
+        ),
     ] = None,
     tls_cert: TlsCert = None,
     tls_key: TlsKey = None,

@@ -30,7 +30,10 @@ def sample(
         Path, typer.Option(help="Folder for the database of the service started here.")
     ] = Path("var"),
     port: Annotated[
-        int, typer.Option(help="Port of the service started here; the next free one if it is in use.")
+        int,
+        typer.Option(
+            min=1, max=65535, help="Port of the service started here; the next free one if it is in use."
+        ),
     ] = 8000,
     key: Key = None,
     samples: Annotated[Path, typer.Option(help="Folder that contains the sample surgery D1.")] = SAMPLES,

@@ -10,35 +10,48 @@ import typer
 
 from commands.shared.files import make_folder, write_text
 from commands.shared.labels import parse_labels
+from commands.shared.numbers import MAX_SEED
 
 
 def simulate(  # noqa: PLR0913, PLR0917 - one argument per option
     out: Annotated[Path, typer.Argument(help="Folder to write to, one subfolder per scene.")],
     rig: Annotated[Path, typer.Option(help="Rig JSON: true calibration of both cameras.")],
-    scenes: Annotated[int, typer.Option(min=1, help="Number of scenes.")] = 1,
+    scenes: Annotated[int, typer.Option(min=1, max=10_000, help="Number of scenes.")] = 1,
     labels: Annotated[
         str, typer.Option(help="Vertebrae with a triad, in order along the spine.")
     ] = "L1,T11,T9,T7",
     spine_axis: Annotated[Literal["x", "y"], typer.Option(help="Object axis along the spine.")] = "x",
-    spacing: Annotated[float, typer.Option(min=1.0, help="Distance between neighbours, mm.")] = 50.0,
+    spacing: Annotated[
+        float, typer.Option(min=1.0, max=200.0, help="Distance between neighbours, mm.")
+    ] = 50.0,
     bend: Annotated[
-        float, typer.Option(help="Change of direction of the spine from end to end, degrees.")
+        float,
+        typer.Option(
+            min=-180.0, max=180.0, help="Change of direction of the spine from end to end, degrees."
+        ),
     ] = 0.0,
     noise: Annotated[
-        float, typer.Option(min=0.0, help="Standard deviation of ball centres, per axis, px.")
+        float, typer.Option(min=0.0, max=5.0, help="Standard deviation of ball centres, per axis, px.")
     ] = 0.1,
-    false_features: Annotated[int, typer.Option(min=0, help="Number of false features per image.")] = 10,
+    false_features: Annotated[
+        int, typer.Option(min=0, max=10_000, help="Number of false features per image.")
+    ] = 10,
     hidden: Annotated[
-        int, typer.Option(min=0, help="Number of triads with one ball hidden in one view.")
+        int, typer.Option(min=0, max=30, help="Number of triads with one ball hidden in one view.")
     ] = 0,
     calibration_error: Annotated[
         tuple[float, float],
         typer.Option(
-            help="Calibration error of the right camera: standard deviations per axis, degrees and mm."
+            min=0.0,
+            max=100.0,
+            help="Calibration error of the right camera: standard deviations per axis, degrees and mm.",
         ),
     ] = (0.0, 0.0),
     seed: Annotated[
-        int, typer.Option(min=0, help="Seed of the random numbers; the same seed gives the same scenes.")
+        int,
+        typer.Option(
+            min=0, max=MAX_SEED, help="Seed of the random numbers; the same seed gives the same scenes."
+        ),
     ] = 0,
 ) -> None:
     """Write scenes without images: truth.json in the format of rendered scenes, features.json and rig.json."""

@@ -33,15 +33,21 @@ def build(
     version: Annotated[str, typer.Option(help="Name of the set, stored with every result.")],
     gray_classes: Annotated[
         int | None,
-        typer.Option(min=1, help="Number of classes of gray templates.", show_default="by silhouette"),
+        typer.Option(
+            min=1, max=1000, help="Number of classes of gray templates.", show_default="by silhouette"
+        ),
     ] = None,
     edge_classes: Annotated[
         int | None,
-        typer.Option(min=1, help="Number of classes of edge templates.", show_default="by silhouette"),
+        typer.Option(
+            min=1, max=1000, help="Number of classes of edge templates.", show_default="by silhouette"
+        ),
     ] = None,
     directivity_classes: Annotated[
         int | None,
-        typer.Option(min=1, help="Number of classes of directivity templates.", show_default="by silhouette"),
+        typer.Option(
+            min=1, max=1000, help="Number of classes of directivity templates.", show_default="by silhouette"
+        ),
     ] = None,
 ) -> None:
     """Build a template set from images whose ball centres are annotated (thesis section 4.3.2)."""

@@ -25,6 +25,7 @@ from spinewatch.spine.configuration import InitialSpine
 from spinewatch.spine.generic_spine import generic_spine
 from spinewatch.spine.initial import initial_from_poses
 from spinewatch.spine.orientation import rotation_from_tilts
+from spinewatch.spine.patient_axes import require_axes_of_triads
 from spinewatch.spine.radiograph_landmarks import RadiographView
 from spinewatch.spine.radiographs import initial_from_radiographs
 from spinewatch.triads.pose import Pose
@@ -57,9 +58,10 @@ def library_setup(
     """Return the library's setup and doubts about its initial configuration.
 
     ``triads`` are the labelled poses at the baseline stage, in its object space. Raises ``SpinewatchError`` when the
-    initial configuration cannot be placed.
+    patient axes contradict the triads or the initial configuration cannot be placed.
     """
     axes = patient_axes(document.patient_axes)
+    require_axes_of_triads(axes, triads, surgery.extra_levels)
     initial, flags = _initial(document, axes, surgery.extra_levels, triads, radiographs)
     setup = configuration.SpineSetup(
         patient_axes=axes,

@@ -17,6 +17,7 @@ from contract.spine_setup import (
 )
 from spinewatch.errors import ParameterError, SpinewatchError
 from spinewatch.levels import anatomical_sequence
+from spinewatch.spine.initial import InitialParameters
 from spinewatch.spine.target import TargetError, check_target
 
 _RIGID_TOLERANCE = 1e-3
@@ -100,6 +101,7 @@ def check_setup(setup: SpineSetup, context: SurgeryContext) -> None:
         levels = [pose.vertebra for pose in initial.poses]
         _check_levels(path, levels, known)
         _check_complete(path, levels, marked)
+        _check_ranges(initial)
         _check_rotations(initial)
     elif isinstance(initial, InitialRadiographs):
         path = ("initial", "vertebrae")
@@ -219,6 +221,26 @@ def _check_complete(path: Path, levels: Collection[str], marked: Sequence[str]) 
             " every vertebra with a marker, or leave it out of levels",
             "missing-level",
         )
+
+
+def _check_ranges(initial: InitialPoses) -> None:
+    limits = InitialParameters()
+    for index, pose in enumerate(initial.poses):
+        path = ("initial", "poses", index)
+        if np.abs(pose.position_mm).max() > limits.max_coordinate_mm:
+            raise SpineSetupError(
+                (*path, "position_mm"),
+                f"the centroid of {pose.vertebra} is beyond {limits.max_coordinate_mm / 1000:g} m; give it in mm",
+                "position-out-of-range",
+            )
+        coronal, sagittal, axial = np.abs(pose.angles_deg or [0.0] * 3)
+        if not (max(coronal, sagittal) < limits.max_tilt_deg and axial <= limits.max_axial_deg):
+            raise SpineSetupError(
+                (*path, "angles_deg"),
+                f"the angles of {pose.vertebra} are those of no spine; tilts are below {limits.max_tilt_deg:g} degrees,"
+                f" and the axial rotation is up to {limits.max_axial_deg:g}",
+                "angles-out-of-range",
+            )
 
 
 def _check_rotations(initial: InitialPoses) -> None:

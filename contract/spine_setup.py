@@ -46,7 +46,7 @@ class VertebraPose(Schema):
     """The pose of a vertebral body, as typed in: either a rotation matrix or three angles."""
 
     vertebra: VertebraName
-    position_mm: Annotated[Vector3, Field(description="Centroid of the body, mm.")]
+    position_mm: Annotated[Vector3, Field(description="Centroid of the body, mm; within 10 m.")]
     rotation: Annotated[
         Matrix3 | None,
         Field(
@@ -55,7 +55,9 @@ class VertebraPose(Schema):
     ] = None
     angles_deg: Annotated[
         Vector3 | None,
-        Field(description="Coronal tilt, sagittal tilt and axial rotation in patient axes, degrees."),
+        Field(
+            description="Coronal tilt, sagittal tilt and axial rotation in patient axes, degrees; from -90 to 90."
+        ),
     ] = None
     position_sd_mm: Annotated[
         float, Field(ge=0, le=100, description="Standard deviation of the position per axis, mm.")

@@ -9,7 +9,7 @@ from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from contract.base import Identifier, Schema, StageName, Timestamp, Vertebra
 from contract.job import JobState
 from contract.text import visible
-from spinewatch.levels import canonical_name, vertebra_names
+from spinewatch.levels import canonical_name, extra_level_names, vertebra_names
 
 SpineAxis = Literal["x", "y", "auto"]
 VertebraName = Annotated[
@@ -71,12 +71,12 @@ class NewSurgery(Schema):
     extra_levels: list[VertebraName] = Field(
         default_factory=list,
         max_length=6,
-        description="Vertebrae that this spine has in addition to the usual ones: T13, L6, S2 to S5.",
+        description="Vertebrae that this spine has in addition to the usual ones, each once: T13, L6, S2 to S5.",
     )
 
     @model_validator(mode="after")
     def _in_anatomical_order(self) -> Self:
-        vertebra_names(self.vertebrae, self.extra_levels)
+        vertebra_names(self.vertebrae, extra_level_names(self.extra_levels))
         if self.reference_vertebra not in self.vertebrae:
             raise ValueError("reference_vertebra is not among vertebrae; give a marked one")
         return self

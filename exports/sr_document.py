@@ -10,6 +10,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterable, Iterator, Sequence
 from datetime import UTC, datetime
+from functools import cache
 from hashlib import sha256
 from typing import Any
 from uuid import NAMESPACE_URL, UUID, uuid5
@@ -147,8 +148,9 @@ def _scheme() -> CodingSchemeIdentificationItem:
     return scheme
 
 
+@cache
 def _concept(code: Code, scheme: str = SCHEME) -> sr.CodedConcept:
-
+    """Return a concept; a document has few, each in many places, and they are not changed."""
     return sr.CodedConcept(code.value, scheme, code.meaning)
 
 

@@ -9,7 +9,6 @@ from datetime import timedelta
 from importlib.metadata import version
 from uuid import uuid4
 
-from anyio import CapacityLimiter
 from fastapi import FastAPI
 from fastapi.middleware.cors import CORSMiddleware
 from fastapi.routing import APIRoute
@@ -60,6 +59,7 @@ from service.routes import (
     summary,
     surgeries,
 )
+from service.turns import Turns
 from service.watch import Watch
 from settings import Settings
 from store.database import Database
@@ -95,8 +95,6 @@ _FORM_LIMITS = {
     "max_fields": 2 * MAX_PAIRS + 16,
     "max_part_size": MAX_TEXT_PART_BYTES,
 }
-_DECODING = 2
-"""Radiographs that are decoded at the same time, each in a process of its own."""
 _DESCRIPTION = """\
 Measures stereo pairs of triad markers: labelled triads, and the motion of the vertebrae between stages. Lengths are in
 mm, angles in degrees, times in UTC. Pixel coordinates are u to the right and v down; an integer is the centre of a
@@ -117,7 +115,7 @@ def create_app(settings: Settings) -> FastAPI:
         app.state.instance = settings.instance_id or uuid4().hex
         app.state.readiness = ReadinessChecks(app.state.database, app.state.queue, settings)
         app.state.metrics = Metrics(app.state.database, app.state.queue, settings, registry)
-        app.state.decoding = CapacityLimiter(_DECODING)
+        app.state.turns = Turns()
         app.state.stopping = asyncio.Event()  # set when the server stops: streams wait for it
         app.state.watch = Watch(app.state.database, app.state.stopping, settings.stream_seconds)
         yield

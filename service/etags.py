@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-from typing import Annotated, Any
+from collections.abc import Iterator
+from typing import IO, Annotated, Any
 
 from fastapi import Header, Response
+from fastapi.responses import StreamingResponse
 from pydantic import BaseModel
 
 from spinewatch.errors import SpinewatchError
@@ -13,6 +15,8 @@ from spinewatch.errors import SpinewatchError
 IfNoneMatch = Annotated[str | None, Header(description="ETags of the documents that the client has.")]
 NOT_MODIFIED: dict[int | str, dict[str, Any]] = {304: {"description": "The ETag is in If-None-Match."}}
 
+_PART_BYTES = 256 * 1024
+"""Bytes of a file that are read, compressed and sent at once."""
 
 IfMatch = Annotated[
     str | None,
@@ -65,10 +69,34 @@ def tagged_response(
 ) -> Response:
     """Return content with a strong ETag of its bytes, or 304 if the client has it."""
     tag = _tag(content)
-    all_headers = {"ETag": tag, "Cache-Control": "no-cache", **(headers or {})}
+    all_headers = {**_tag_headers(tag), **(headers or {})}
     if etag_matches(if_none_match, tag):
         return Response(status_code=304, headers=all_headers)
     return Response(content, media_type=media_type, headers=all_headers)
+
+
+def tagged_file(
+    file: IO[bytes], sha256: str, media_type: str, if_none_match: str | None, headers: dict[str, str]
+) -> Response:
+    """Return the rest of a file part by part, with its hash as a strong ETag, or 304 if the client has it.
+
+    The file is closed in either case. ``headers`` are of the file, its Content-Length among them.
+    """
+    tag = f'"{sha256}"'
+    if etag_matches(if_none_match, tag):
+        file.close()
+        return Response(status_code=304, headers=_tag_headers(tag))
+    return StreamingResponse(_parts(file), media_type=media_type, headers={**_tag_headers(tag), **headers})
+
+
+def _parts(file: IO[bytes]) -> Iterator[bytes]:
+    with file:
+        while part := file.read(_PART_BYTES):
+            yield part
+
+
+def _tag_headers(tag: str) -> dict[str, str]:
+    return {"ETag": tag, "Cache-Control": "no-cache"}
 
 
 def _tag(content: bytes) -> str:

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from fastapi import Header, Path, Response
+from fastapi import Path, Response
 from sqlalchemy.orm import Session
 
 from contract.image import Image, ImagePair
 from service.dependencies import problems
+from service.etags import NOT_MODIFIED, etag_matches
 from store import images, tables
 
 SidePath = Annotated[Literal["left", "right"], Path(description="The view: left or right.")]
-IfNoneMatch = Annotated[str | None, Header(description="ETags that the client has.")]
 FILE_RESPONSES: dict[int | str, dict[str, Any]] = {
     200: {
         "content": {
@@ -20,7 +20,7 @@ FILE_RESPONSES: dict[int | str, dict[str, Any]] = {
             for media_type in ("image/jpeg", "image/png", "image/tiff", "image/x-sun-raster")
         }
     },
-    304: {"description": "The ETag is in If-None-Match."},
+    **NOT_MODIFIED,
     **problems(404, 422),
 }
 
@@ -36,7 +36,7 @@ def image_pair(left: _Row, right: _Row) -> ImagePair:
 def file_response(session: Session, image: tables.images.Image, if_none_match: str | None) -> Response:
     """Return the stored file with its SHA-256 as the ETag, or 304 if the client has it."""
     headers = {"ETag": f'"{image.sha256}"', "X-Content-Type-Options": "nosniff"}
-    if if_none_match and image.sha256 in if_none_match:
+    if etag_matches(if_none_match, headers["ETag"]):
         return Response(status_code=304, headers=headers)
     return Response(images.content(session, image.sha256), media_type=image.media_type, headers=headers)
 

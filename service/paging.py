@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import base64
-import binascii
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, timedelta
 from typing import Annotated, Any, Literal, TypeVar
 
 from fastapi import Depends, Query
@@ -19,7 +18,7 @@ from service.etags import IfNoneMatch
 from service.parameters import TextTime
 from service.problems import InvalidInputError
 from spinewatch.errors import SpinewatchError
-from store.page import Page, PageRequest, Position
+from store.page import Page, PageRequest, Position, page_of_items
 
 Limit = Annotated[int, Query(ge=1, le=200, description="Maximum number of items to return.")]
 CursorText = Annotated[
@@ -67,6 +66,7 @@ _TIMES = frozenset({"created_at"})
 _DIGEST_CHARACTERS = 12
 _PARTS = 3
 Shown = TypeVar("Shown", bound=BaseModel)
+Row = TypeVar("Row")
 
 
 class CursorError(SpinewatchError):
@@ -94,6 +94,13 @@ class Paging:
         after = None if cursor is None else self._position(cursor, sort.removeprefix("-") in _TIMES)
         self.wanted = PageRequest(limit, sort, after)
 
+    def page_of(self, items: Sequence[Row], position: Callable[[Row], Position]) -> Page[Row]:
+        """Return the page of a short list whose items are never removed; a cursor names the place of one of them."""
+        after = self.wanted.after
+        if after is not None and after not in map(position, items):
+            raise _no_cursor()
+        return page_of_items(items, position, self.wanted)
+
     def document(self, page: Page[Any], items: Sequence[Shown]) -> Mapping[str, Any]:
         """Return the fields of a ``Listing``."""
         following = None if page.next is None else self._cursor(page.next)
@@ -107,21 +114,37 @@ class Paging:
 
     def _position(self, cursor: str, is_time: bool) -> Position:
         try:
-            packed = base64.b64decode(cursor + "=" * (-len(cursor) % 4), altchars=b"-_", validate=True)
-            parts = json.loads(packed)
-            if not isinstance(parts, list) or [type(part) for part in parts] != [str] * _PARTS:
-                raise ValueError
-            made_for, text, row = parts
-            value: datetime | str = datetime.fromisoformat(text) if is_time else text
-            if isinstance(value, datetime) and value.tzinfo is None:
-                raise ValueError
-        except (ValueError, binascii.Error, RecursionError) as error:
-            raise _refused(
-                "this is not a cursor of this list; take next_cursor of the page before"
-            ) from error
+            made_for, position = _unpacked(cursor, is_time)
+        except (ValueError, OverflowError, RecursionError) as error:
+            raise _no_cursor() from error
         if made_for != self._list:
             raise _refused("the cursor belongs to another order or other filters; begin with the first page")
-        return Position(value, row)
+        if self._cursor(position) != cursor.rstrip("="):
+            raise _no_cursor()
+        return position
+
+
+def _unpacked(cursor: str, is_time: bool) -> tuple[str, Position]:
+    """Return of which list a cursor is and the place it names; raise ``ValueError`` for what no column can have."""
+    packed = base64.b64decode(cursor + "=" * (-len(cursor) % 4), altchars=b"-_", validate=True)
+    parts = json.loads(packed)
+    if not isinstance(parts, list) or [type(part) for part in parts] != [str] * _PARTS:
+        raise ValueError
+    made_for, text, row = parts
+    for part in (text, row):
+        part.encode()  # a lone surrogate is no text
+        if "\0" in part:
+            raise ValueError
+    if not is_time:
+        return made_for, Position(text, row)
+    time = datetime.fromisoformat(text)
+    if time.utcoffset() != timedelta(0):
+        raise ValueError
+    return made_for, Position(time, row)
+
+
+def _no_cursor() -> InvalidInputError:
+    return _refused("this is not a cursor of this list; take next_cursor of the page before")
 
 
 def _refused(sentence: str) -> InvalidInputError:

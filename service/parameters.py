@@ -52,6 +52,8 @@ TakeQuery = Annotated[
     Query(ge=1, le=2**31 - 1, description="Number of the take; by default the latest one that was measured."),
 ]
 
+PairQuery = Annotated[int, Query(ge=1, le=2**31 - 1, description="Number of the pair in a burst.")]
+
 TextTime = Annotated[datetime, BeforeValidator(parse_time)]
 """A time in a query or a form."""
 

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from contract.features import FeaturePair
+from contract.parameter_ranges import require_plausible
 from contract.revision import AddedCentre, CentreEdit, Remeasurement, RemovedCentre, TriadEdits
 from contract.triad import Triad
 from service.problems import InvalidInputError
-from spinewatch.errors import SpinewatchError
+from spinewatch.errors import ParameterError, SpinewatchError
 from store.errors import FeaturesMissingError
 
 
@@ -113,8 +114,19 @@ def _centre_problem(edit: CentreEdit, pair: EditedPair | None) -> SpinewatchErro
     return None
 
 
-def check_parameters(wanted: Remeasurement, known: Mapping[str, Any]) -> None:
-    """Raise ``InvalidInputError`` for a parameter that the result of the take does not have."""
+def check_parameters(wanted: Remeasurement, known: Mapping[str, Any], own: Mapping[str, Any]) -> None:
+    """Raise ``InvalidInputError`` for a parameter that does not exist, or a value that cannot be right.
+
+    ``known`` are the parameters of the take's result, ``own`` those of the workers without any change.
+    """
+    _require_known(wanted, known)
+    try:
+        require_plausible(wanted.parameters, own)
+    except ParameterError as error:
+        raise InvalidInputError("parameters", error) from error
+
+
+def _require_known(wanted: Remeasurement, known: Mapping[str, Any]) -> None:
     waiting: list[tuple[Mapping[str, Any], Mapping[str, Any]]] = [(wanted.parameters, known)]
     while waiting:
         given, there = waiting.pop()

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterable
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 from sqlalchemy.engine import make_url
+from sqlalchemy.exc import ArgumentError
+
+from settings import values
 
 PREFIX = "SPINEWATCH_"
 """The beginning of every environment variable that is a setting."""
@@ -37,15 +41,26 @@ SAMPLE-D1, KH.26/0417b and UUIDs pass; a name of four letters or more never does
 """
 
 _MIB = 1024 * 1024
+_TIB = _MIB << 20
+_DAY = 86400
 
 
-def _pattern(text: str) -> str:
-    """Return a regular expression; raise ``ValueError`` if it is none."""
+def _file_of(url: str) -> Path | None:
+    """Return the file of an SQLite URL, None for any other URL and for what is none."""
     try:
-        re.compile(text)
-    except re.error as error:
-        raise ValueError(f"not a regular expression ({error})") from error
-    return text
+        parsed = make_url(url)
+        is_file = parsed.get_backend_name() == "sqlite" and parsed.database not in {None, "", ":memory:"}
+    except (ArgumentError, ValueError):
+        return None
+    return Path(parsed.database or "") if is_file else None
+
+
+def _is_same_file(one: Path, other: Path) -> bool:
+    """Return whether two paths lead to one file, which need not exist."""
+    try:
+        return os.path.samefile(one, other)
+    except (OSError, ValueError):
+        return os.path.realpath(one) == os.path.realpath(other)
 
 
 def unknown_variables(names: Iterable[str]) -> dict[str, str | None]:
@@ -64,11 +79,13 @@ class Settings(BaseSettings):
 
     model_config = SettingsConfigDict(env_prefix=PREFIX, frozen=True, extra="forbid")
 
-    database_url: Annotated[str, Field(description="The database, as an SQLAlchemy URL.")] = (
-        "sqlite:///var/spinewatch.sqlite"
-    )
+    database_url: Annotated[
+        str,
+        AfterValidator(values.database_url),
+        Field(description="The database, as an SQLAlchemy URL."),
+    ] = "sqlite:///var/spinewatch.sqlite"
     queue_url: Annotated[
-        str | None,
+        Annotated[str, AfterValidator(values.queue_url)] | None,
         Field(
             description="The queue: sqlite:///FILE, redis:// or postgresql://; by default a file beside an SQLite"
             " database, or the PostgreSQL database itself."
@@ -84,13 +101,14 @@ class Settings(BaseSettings):
         int, Field(ge=1, le=64, description="Number of worker processes of `spinewatch run`.")
     ] = 2
     max_upload_bytes: Annotated[
-        int, Field(ge=1024, description="Largest body of a request with images, bytes.")
+        int, Field(ge=1024, le=4096 * _MIB, description="Largest body of a request with images, bytes.")
     ] = 32 * _MIB
     max_document_bytes: Annotated[
-        int, Field(ge=1024, description="Largest body of a request with a rig or a spine, bytes.")
+        int,
+        Field(ge=1024, le=64 * _MIB, description="Largest body of a request with a rig or a spine, bytes."),
     ] = 256 * 1024
     max_json_bytes: Annotated[
-        int, Field(ge=1024, description="Largest body of any other request, bytes.")
+        int, Field(ge=1024, le=64 * _MIB, description="Largest body of any other request, bytes.")
     ] = 64 * 1024
     max_connections: Annotated[
         int,
@@ -123,11 +141,11 @@ class Settings(BaseSettings):
         ),
     ] = 3600.0
     allowed_hosts: Annotated[
-        str | None,
+        Annotated[str, AfterValidator(values.host_names)] | None,
         Field(description="Further names of the service in the Host header, separated by commas."),
     ] = None
     allowed_origins: Annotated[
-        str | None,
+        Annotated[str, AfterValidator(values.origins)] | None,
         Field(
             description="Origins whose pages may use the API, such as https://dashboard.example, by commas."
         ),
@@ -143,6 +161,7 @@ class Settings(BaseSettings):
     ] = False
     trusted_proxies: Annotated[
         str,
+        AfterValidator(values.proxies),
         Field(
             description="Addresses or networks of proxies whose X-Forwarded-For and X-Forwarded-Proto count,"
             " separated by commas; used with `behind_proxy`."
@@ -153,16 +172,19 @@ class Settings(BaseSettings):
         Field(gt=0, le=168, description="Time after which a browser has to be given the API key again."),
     ] = 12.0
     worker_memory_bytes: Annotated[
-        int, Field(ge=1024 * _MIB, description="Largest address space of the process of a job, bytes.")
+        int,
+        Field(
+            ge=1024 * _MIB, le=_TIB << 4, description="Largest address space of the process of a job, bytes."
+        ),
     ] = 4096 * _MIB
     lease_seconds: Annotated[
         float, Field(ge=1, le=300, description="Time without a heartbeat after which a worker loses its job.")
     ] = 5.0
     max_run_seconds: Annotated[
-        float, Field(ge=1, description="Time after which a running job is ended and fails.")
+        float, Field(ge=1, le=_DAY, description="Time after which a running job is ended and fails.")
     ] = 300.0
     max_cpu_seconds: Annotated[
-        float, Field(ge=1, description="CPU time after which a running job is ended and fails.")
+        float, Field(ge=1, le=_DAY, description="CPU time after which a running job is ended and fails.")
     ] = 120.0
     watchdog_seconds: Annotated[
         float,
@@ -171,11 +193,17 @@ class Settings(BaseSettings):
     max_attempts: Annotated[int, Field(ge=1, le=100, description="Number of attempts per job.")] = 3
     min_free_bytes: Annotated[
         int,
-        Field(ge=0, description="Free space of the database's disk below which the service is not ready."),
+        Field(
+            ge=0,
+            le=_TIB << 10,
+            description="Free space of the database's disk below which the service is not ready.",
+        ),
     ] = 1024 * _MIB
     max_queue_seconds: Annotated[
         float,
-        Field(ge=1, description="Age of the oldest queued job above which the service is not ready."),
+        Field(
+            ge=1, le=_DAY, description="Age of the oldest queued job above which the service is not ready."
+        ),
     ] = 120.0
     instance_id: Annotated[
         str | None,
@@ -185,7 +213,7 @@ class Settings(BaseSettings):
         ),
     ] = None
     reference_pattern: Annotated[
-        Annotated[str, AfterValidator(_pattern)] | None,
+        Annotated[str, AfterValidator(values.pattern)] | None,
         Field(
             description="Regular expression that a case number must match as a whole; by default numbers, no names."
         ),
@@ -205,6 +233,18 @@ class Settings(BaseSettings):
     log_level: Annotated[
         Literal["debug", "info", "warning", "error"], Field(description="Lowest level that is logged.")
     ] = "info"
+
+    @field_validator("queue_url")
+    @classmethod
+    def _is_not_the_database(cls, queue_url: str | None, info: ValidationInfo) -> str | None:
+        """Raise ``ValueError`` if the queue is the database's file, or one that SQLite keeps beside it."""
+        database, queue = _file_of(info.data.get("database_url", "")), _file_of(queue_url or "")
+        if database is None or queue is None:
+            return queue_url
+        for ending in ("", "-wal", "-shm", "-journal"):
+            if _is_same_file(database.with_name(database.name + ending), queue):
+                raise ValueError(f"{queue} belongs to the database; give the queue a file of its own")
+        return queue_url
 
     @property
     def case_number(self) -> re.Pattern[str]:
@@ -227,7 +267,7 @@ class Settings(BaseSettings):
     def listed(self, name: Literal["allowed_hosts", "allowed_origins"]) -> list[str]:
         """Return the entries of a setting that is a list separated by commas."""
         text: str | None = getattr(self, name)
-        return [entry.strip() for entry in (text or "").split(",") if entry.strip()]
+        return values.entries(text or "")
 
     def environment(self) -> dict[str, str]:
         """Return these settings as environment variables for a child process."""

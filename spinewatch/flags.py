@@ -196,6 +196,14 @@ _KINDS = (
         "Compare the labels with those of the other stages.",
     ),
     FlagKind(
+        "parameters-changed",
+        "stage",
+        "A revision measured the images with other parameters than the workers' own: what raises other flags may be"
+        " changed too, so that one is missing here.",
+        "Compare the result and its flags with those of the take before. Measure again without parameters that were"
+        " not meant.",
+    ),
+    FlagKind(
         "triad-incomplete",
         "stage",
         "The visible balls of a triad do not determine its pose; the triad is given without one.",

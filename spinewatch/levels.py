@@ -98,6 +98,37 @@ def anatomical_sequence(extra_levels: Sequence[str] = ()) -> tuple[str, ...]:
     return tuple(sequence)
 
 
+def extra_level_names(levels: Sequence[str]) -> tuple[str, ...]:
+    """Return declared extra levels in canonical spelling after checking them.
+
+    Parameters
+    ----------
+    levels
+        Vertebrae that a spine has in addition, in any spelling.
+
+    Returns
+    -------
+    tuple of str
+        Canonical names.
+
+    Raises
+    ------
+    ExtraLevelError
+        If an extra level does not continue its region, or is given twice.
+
+    Examples
+    --------
+    >>> extra_level_names(["t13", "L06"])
+    ('T13', 'L6')
+    """
+    names = tuple(canonical_name(level) for level in levels)
+    anatomical_sequence(names)
+    for index, name in enumerate(names):
+        if name in names[:index]:
+            raise ExtraLevelError(f"extra level {name} is named twice; name each once", index)
+    return names
+
+
 def vertebra_names(names: Sequence[str], extra_levels: Sequence[str] = ()) -> tuple[str, ...]:
     """Return names of vertebrae in canonical spelling after checking them.
 

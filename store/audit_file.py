@@ -44,6 +44,10 @@ def verify_file(file: Path, expected: str | None = None) -> Chain:
         with file.open("rb") as stream:
             is_database = stream.read(len(_SQLITE)) == _SQLITE
         chain = _of_database(file) if is_database else check_chain(_lines(file))
+        if not is_database and chain.is_whole and not chain.events:
+            raise AuditFileError(
+                f"{file} is empty and no copy of an audit; name a database, a backup, or a copy as JSON lines"
+            )
         if kept is not None and chain.is_whole and not _has(file, is_database, *kept):
             number = kept[0]
             reason = f"event {number} has another hash than the one expected, or is missing"

@@ -9,8 +9,9 @@ from contextlib import closing, contextmanager
 from datetime import datetime
 from pathlib import Path
 
-from spinewatch.progress import Progress, silent
+from spinewatch.progress import Progress, part, silent
 from store.database import sqlite_path
+from store.digests import TABLE, has_digests, write_digests
 from store.errors import BackupError
 
 _STEPS_PER_REPORT = 500
@@ -21,11 +22,15 @@ _COMPANIONS = ("-wal", "-shm", "-journal")
 
 _COPY_BYTES = 1 << 20
 
+_COPIED = 0.9
+"""Fraction of the work that is done when the digests begin."""
+
 
 def back_up(url: str, target: Path, progress: Progress = silent) -> int:
     """Copy a database to a new file of mode 0600, while the service runs.
 
-    The copy is written under a temporary name, synced to the disk and then given its name.
+    The copy is written under a temporary name, gets the digests of everything in it (`store.digests`), is synced to the
+    disk and then given its name.
 
     Parameters
     ----------
@@ -57,8 +62,10 @@ def back_up(url: str, target: Path, progress: Progress = silent) -> int:
     with _new_file(target) as temporary:
         try:
             with closing(_connect(source)) as connection:
-                connection.set_progress_handler(_reporter(connection, temporary, progress), _STEPS_PER_REPORT)
+                report = _reporter(connection, temporary, part(progress, 0.0, _COPIED))
+                connection.set_progress_handler(report, _STEPS_PER_REPORT)
                 connection.execute("VACUUM INTO ?", (str(temporary),))
+            _add_digests(temporary, part(progress, _COPIED, 1.0))
         except sqlite3.Error as error:
             raise BackupError(
                 f"the database {source} cannot be copied to {target}: {error}; check both files and the free space"
@@ -69,7 +76,7 @@ def back_up(url: str, target: Path, progress: Progress = silent) -> int:
 def restore(
     url: str, copy: Path, now: datetime, *, replace: bool, progress: Progress = silent
 ) -> Path | None:
-    """Put a copy of a database in its place; the database that was there is kept beside it.
+    """Put a copy of a database in its place, without its digests; the database that was there is kept beside it.
 
     Parameters
     ----------
@@ -104,12 +111,13 @@ def restore(
         temporary = _created(target.with_name(f".{target.name}.restoring-{os.getpid()}"))
         try:
             _copy(copy, temporary, progress)
+            _drop_digests(temporary, copy)
             with _unused(target):
                 _move_aside(target, kept)
                 os.replace(temporary, target)
                 _sync(target.parent)
         finally:
-            temporary.unlink(missing_ok=True)
+            _remove(temporary)
     except OSError as error:
         raise BackupError(f"cannot restore to {target}: {error.strerror}: {error.filename}") from error
     return kept
@@ -152,8 +160,12 @@ def require_new(target: Path) -> None:
     Raises
     ------
     BackupError
-        It exists, or its folder does not.
+        It exists, its folder does not, or its name is not UTF-8.
     """
+    try:
+        str(target).encode()
+    except UnicodeEncodeError:
+        raise BackupError(f"the name {str(target)!a} is not UTF-8; choose another name") from None
     if target.exists() or target.is_symlink():
         raise BackupError(f"{target} exists; choose another name")
     if not target.parent.is_dir():
@@ -172,11 +184,35 @@ def _new_file(target: Path) -> Iterator[Path]:
             _give_name(temporary, target)
             _sync(target.parent)
         finally:
-            temporary.unlink(missing_ok=True)
-            for ending in _COMPANIONS:
-                temporary.with_name(temporary.name + ending).unlink(missing_ok=True)
+            _remove(temporary)
     except OSError as error:
         raise BackupError(f"cannot write {target}: {error.strerror}") from error
+
+
+def _add_digests(temporary: Path, progress: Progress) -> None:
+    with closing(_connect(temporary)) as connection:
+        for setting in ("journal_mode=OFF", "synchronous=OFF"):  # after a failure, the file is removed
+            connection.execute(f"PRAGMA {setting}")
+        connection.execute("BEGIN")
+        write_digests(connection, progress)
+        connection.execute("COMMIT")
+
+
+def _drop_digests(temporary: Path, copy: Path) -> None:
+    try:
+        with closing(_connect(temporary)) as connection:
+            if has_digests(connection):
+                connection.execute(f"DROP TABLE {TABLE}")
+    except sqlite3.Error as error:
+        raise BackupError(
+            f"{copy} is not a whole copy of a database: {error}; choose another backup"
+        ) from error
+    _sync(temporary)
+
+
+def _remove(temporary: Path) -> None:
+    for ending in ("", *_COMPANIONS):
+        temporary.with_name(temporary.name + ending).unlink(missing_ok=True)
 
 
 def _give_name(temporary: Path, target: Path) -> None:

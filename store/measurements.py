@@ -19,6 +19,7 @@ from spinewatch.triads.pose import Pose
 from store import events, pair_results, stages, tables
 from store.errors import StageNotMeasuredError
 from store.packed_stage import PackedStage, pack
+from store.tables.base import Document
 from store.tables.measurements import FeatureList, Measurement
 from store.tables.stages import Stage
 
@@ -124,6 +125,36 @@ def get(session: Session, surgery_id: str, name: str, take: int | None = None) -
             " wait until the job has succeeded, or take the stage again"
         )
     return stage, stage.measurement
+
+
+def own_parameters(session: Session, stage: Stage) -> Document:
+    """Return the parameters of a stage before revisions changed any.
+
+    Parameters
+    ----------
+    session
+        Session that reads.
+    stage
+        A take that was measured.
+
+    Returns
+    -------
+    dict
+        Parameters of the latest take up to this one that was measured and is no revision.
+    """
+    query = (
+        select(Measurement.result)
+        .join(Stage, Stage.id == Measurement.stage_id)
+        .where(
+            Stage.surgery_id == stage.surgery_id,
+            Stage.name == stage.name,
+            Stage.take <= stage.take,
+            Stage.revised_take.is_(None),
+        )
+        .order_by(Stage.take.desc())
+    )
+    parameters: Document = session.scalars(query.limit(1)).one()["parameters"]
+    return parameters
 
 
 def triads(session: Session, stage_id: str) -> list[Triad]:

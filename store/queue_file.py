@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import re
 import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
@@ -14,11 +15,23 @@ import structlog
 from huey.storage import SqliteStorage  # type: ignore[import-untyped]
 
 from store.database import create_private
+from store.errors import QueueURLError
 
 Answer = TypeVar("Answer")
 
 _BROKEN = frozenset({sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB})
 _PRIMARY_CODE = 0xFF
+_HEADER = b"SQLite format 3\0"
+_TABLES = frozenset({"kv", "schedule", "task", "counter"})
+_DEFINITION = re.compile(rb"CREATE (?:VIRTUAL )?TABLE [\"'`\[]?([^\x00-\x20\"'`\](]+)[\s\"'`\](]")
+_LONGEST_DEFINITION = 256
+"""Bytes of a definition of a table that are enough to find its name."""
+
+_PAGE = 4096
+_FIRST_BYTES = frozenset(b"\x00\x02\x05\x0a\x0d")
+"""What a page of an SQLite file may begin with, the first page aside."""
+
+_BLOCK = 256 * _PAGE
 _log = structlog.get_logger("queue")
 
 
@@ -26,7 +39,8 @@ class QueueFile(SqliteStorage):  # type: ignore[misc]
     """Huey's storage in an SQLite file that may break or be replaced at any time.
 
     The file is written without fsync, so that a power cut may break it. A broken one gets the ending ``.broken``, a new
-    one takes its place, and the sweep enqueues the jobs again. Other processes notice that the file is another one.
+    one takes its place, and the sweep enqueues the jobs again. Other processes notice that the file is another one. A
+    file that is neither a queue nor what a power cut leaves of one is not touched.
 
     Parameters
     ----------
@@ -36,14 +50,25 @@ class QueueFile(SqliteStorage):  # type: ignore[misc]
         The file.
     options
         As of ``SqliteStorage``.
+
+    Raises
+    ------
+    QueueURLError
+        The file is another one than a queue.
     """
 
     def __init__(self, name: str, filename: str, **options: Any) -> None:
         self._file: tuple[int, int] | None = None
         self._conn: sqlite3.Connection | None = None
         path = Path(filename)
-        create_private(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
         with _alone(path):
+            if os.path.lexists(path) and not _may_be_queue(path):
+                raise QueueURLError(
+                    f"the file of the queue cannot be used: {path} is no queue of Spinewatch and is left as it is; set"
+                    " SPINEWATCH_QUEUE_URL to a file of its own"
+                )
+            create_private(path)
             if not _is_whole(path):
                 _set_aside(path)
         super().__init__(name, filename=filename, **options)
@@ -130,6 +155,8 @@ class QueueFile(SqliteStorage):  # type: ignore[misc]
         path = Path(self.filename)
         with _alone(path):
             if _identity(path) == self._file:  # otherwise another process or thread was first
+                if not _may_be_queue(path):
+                    raise error
                 _set_aside(path)
         self._forget()
 
@@ -140,6 +167,45 @@ class QueueFile(SqliteStorage):  # type: ignore[misc]
             if connection is not None:
                 with suppress(sqlite3.Error):
                     connection.close()
+
+
+def _may_be_queue(path: Path) -> bool:
+    """Return whether a file is a queue or what a power cut may leave of one; it is read as bytes and not touched."""
+    if not path.is_file():
+        return not path.exists()  # a link to nothing
+    with path.open("rb") as stream:
+        head = stream.read(len(_HEADER))
+    if head and not head.strip(b"\0"):
+        return _has_pages(path) and _has_no_other_table(path)
+    return head in {b"", _HEADER} and _has_no_other_table(path)
+
+
+def _has_pages(path: Path) -> bool:
+    """Return whether a file whose first page is lost has nothing but pages of SQLite."""
+    return all(_FIRST_BYTES.issuperset(block[::_PAGE]) for block in _blocks(path))
+
+
+def _has_no_other_table(path: Path) -> bool:
+    """Return whether a file and its write-ahead log define no other tables than those of a queue."""
+    log = path.with_name(f"{path.name}-wal")
+    names = (name for file in (path, log) if file.is_file() for name in _defined_tables(file))
+    return all(name in _TABLES or name.startswith("sqlite_") for name in names)
+
+
+def _defined_tables(file: Path) -> Iterator[str]:
+    """Yield the names of the tables in a file, whose definitions are plain text, also in a damaged one."""
+    end = b""
+    for block in _blocks(file):
+        content = end + block
+        for name in _DEFINITION.findall(content):
+            yield name.decode(errors="replace").lower()
+        end = content[-_LONGEST_DEFINITION:]
+
+
+def _blocks(file: Path) -> Iterator[bytes]:
+    with file.open("rb") as stream:
+        while block := stream.read(_BLOCK):
+            yield block
 
 
 def _is_whole(path: Path) -> bool:

@@ -77,9 +77,17 @@ class NewStage:
     further: Sequence[NewPair] = ()
     measuring: contract.measuring.Measuring = _OWN_CHOICE
 
+    @property
+    def pairs(self) -> Sequence[NewPair]:
+        """All pairs, in the order in which they were taken."""
+        first = NewPair(self.left, self.right, self.left_exposed_at, self.right_exposed_at)
+        return (first, *self.further)
+
 
 def find_same(session: Session, surgery: Surgery, calibration: Calibration, new: NewStage) -> Stage | None:
-    """Return the latest take of a name if it has the same images in the same order, calibration and measuring.
+    """Return the latest take of a name if it has the same images in the same order, calibration, times and measuring.
+
+    A time that is not sent is no other time.
 
     Parameters
     ----------
@@ -101,11 +109,24 @@ def find_same(session: Session, surgery: Surgery, calibration: Calibration, new:
     if latest is None or latest.state in _REPLACEABLE or latest.calibration_id != calibration.id:
         return None
     taken = stages.get(session, surgery.id, new.name, latest.take)
-    stored = [sha256_by_side(taken), *map(sha256_by_side, _further_pairs(session, taken))]
-    pairs = [(new.left, new.right), *((pair.left, pair.right) for pair in new.further)]
-    sent = [{"left": left.sha256, "right": right.sha256} for left, right in pairs]
-    same_way = measuring_of(session, taken) == new.measuring
-    return taken if stored == sent and same_way else None
+    stored: list[Stage | FurtherPair] = [taken, *_further_pairs(session, taken)]
+    sent = new.pairs
+    same = (
+        len(stored) == len(sent)
+        and all(_is_same(*pairs) for pairs in zip(sent, stored, strict=True))
+        and new.captured_at in {None, taken.captured_at}
+        and measuring_of(session, taken) == new.measuring
+    )
+    return taken if same else None
+
+
+def _is_same(sent: NewPair, stored: Stage | FurtherPair) -> bool:
+    """Return whether a pair has the images of a stored one, and no time that differs from its own."""
+    return (
+        sha256_by_side(stored) == {"left": sent.left.sha256, "right": sent.right.sha256}
+        and sent.left_exposed_at in {None, stored.left_exposed_at}
+        and sent.right_exposed_at in {None, stored.right_exposed_at}
+    )
 
 
 def submit(
@@ -153,8 +174,9 @@ def submit(
     latest = _latest(session, surgery.id, new.name)
     if latest is not None:
         _require_replaceable(latest.state, latest.id, retake=retake)
-    pairs = [NewPair(new.left, new.right), *new.further]
-    rows = iter(images.add_all(session, [image for pair in pairs for image in (pair.left, pair.right)], now))
+    rows = iter(
+        images.add_all(session, [image for pair in new.pairs for image in (pair.left, pair.right)], now)
+    )
     stage = Stage(
         id=str(uuid4()),
         surgery=surgery,

@@ -1,4 +1,4 @@
-"""Verification of a backup: the file, its references, every image, its revision and its audit, without changing it."""
+"""Verification of a backup: the file, every row and image, its references, its revision and its audit."""
 
 from __future__ import annotations
 
@@ -9,14 +9,19 @@ from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 
-from spinewatch.progress import Progress, silent
+from spinewatch.progress import Progress, part, silent
 from store.audit import verify_chain_of
+from store.digests import differences, has_digests
 from store.errors import BackupError
 from store.revision import REVISION
 
 _MAX_PROBLEMS = 20
 _WITHOUT_IMAGES = 0.5
 """Fraction of the work that is done when the images begin."""
+
+_FORMAT = slice(18, 20)
+_WRITE_AHEAD = b"\2\2"
+"""What the header of an SQLite file has there once a service used it; a backup has another value."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +42,9 @@ class Verification:
         Their size together, bytes.
     problems
         What is wrong with it, one sentence each, twenty at most; a backup without any can be restored.
+    has_digests
+        Whether it has digests of its rows, so that their contents were checked. A backup of an earlier version and the
+        database of a service have none.
     """
 
     revision: str
@@ -45,6 +53,7 @@ class Verification:
     images: int
     image_bytes: int
     problems: tuple[str, ...]
+    has_digests: bool
 
 
 def verify(copy: Path, progress: Progress = silent) -> Verification:
@@ -78,19 +87,26 @@ def verify(copy: Path, progress: Progress = silent) -> Verification:
     try:
         # immutable: nothing is locked or written, so that a copy on a read-only disk can be verified
         with closing(sqlite3.connect(f"{copy.resolve().as_uri()}?immutable=1", uri=True)) as connection:
-            return _verify(connection, progress)
-    except sqlite3.Error as error:
+            connection.text_factory = lambda text: text.decode(errors="replace")
+            return _verify(connection, copy, progress)
+    # a damaged row has values of any type, and a damaged name is no UTF-8
+    except (sqlite3.Error, UnicodeError, TypeError) as error:
         raise BackupError(
-            f"{copy} is not a whole copy of a database: {error}; choose another backup"
+            f"{copy} is not a whole copy of a database: {_one_line(error)}; choose another backup"
         ) from error
+    except OSError as error:
+        raise BackupError(f"cannot read {copy}: {error.strerror}; choose another backup") from error
 
 
-def _verify(connection: sqlite3.Connection, progress: Progress) -> Verification:
+def _verify(connection: sqlite3.Connection, copy: Path, progress: Progress) -> Verification:
     progress("file", 0.0)
     revision = _revision(connection)
-    problems = [*_file_problems(connection)]
+    problems = [*_size_problems(connection, copy), *_file_problems(connection)]
     progress("references", _WITHOUT_IMAGES / 2)
     problems += _reference_problems(connection)
+    carries_digests = has_digests(connection) and not _was_used(copy)
+    if carries_digests:
+        problems += differences(connection, part(progress, _WITHOUT_IMAGES * 0.6, _WITHOUT_IMAGES))
     surgeries, stages = (_count(connection, table) for table in ("surgeries", "stages"))
     number, size = 0, 0
     total = max(_count(connection, "images"), 1)
@@ -99,7 +115,7 @@ def _verify(connection: sqlite3.Connection, progress: Progress) -> Verification:
         progress("images", _WITHOUT_IMAGES + (1 - _WITHOUT_IMAGES) * number / total)
         number, size = number + 1, size + len(content)
         if sha256(content).hexdigest() != digest or len(content) != stated:
-            problems.append(f"image {digest[:12]} differs from its SHA-256 or its size")
+            problems.append(f"image {str(digest)[:12]} differs from its SHA-256 or its size")
     if _has_chain(connection):
         progress("audit", 1.0)
         chain = verify_chain_of(connection)
@@ -107,7 +123,9 @@ def _verify(connection: sqlite3.Connection, progress: Progress) -> Verification:
             problems.append(f"the audit is broken: {chain.reason}")
     if revision > REVISION:
         problems.append(f"its tables are at revision {revision}, which needs a newer version of Spinewatch")
-    return Verification(revision, surgeries, stages, number, size, tuple(problems[:_MAX_PROBLEMS]))
+    return Verification(
+        revision, surgeries, stages, number, size, tuple(problems[:_MAX_PROBLEMS]), carries_digests
+    )
 
 
 def _revision(connection: sqlite3.Connection) -> str:
@@ -122,10 +140,25 @@ def _revision(connection: sqlite3.Connection) -> str:
     return str(revision)
 
 
+def _was_used(copy: Path) -> bool:
+    """Return whether a service used the file: the digests of a backup put in place by hand are out of date then."""
+    with copy.open("rb") as stream:
+        return stream.read(_FORMAT.stop)[_FORMAT] == _WRITE_AHEAD
+
+
+def _size_problems(connection: sqlite3.Connection, copy: Path) -> Iterator[str]:
+    (pages,), (page_size,) = (
+        connection.execute(f"PRAGMA {name}").fetchone() for name in ("page_count", "page_size")
+    )
+    size = copy.stat().st_size
+    if size != pages * page_size:
+        yield f"the file has {size} bytes instead of {pages * page_size}"
+
+
 def _file_problems(connection: sqlite3.Connection) -> Iterator[str]:
     for (line,) in connection.execute(f"PRAGMA integrity_check({_MAX_PROBLEMS})"):
         if line != "ok":
-            yield f"the file is damaged: {' '.join(str(line).split())}"
+            yield f"the file is damaged: {_one_line(line)}"
 
 
 def _reference_problems(connection: sqlite3.Connection) -> Iterator[str]:
@@ -141,3 +174,7 @@ def _has_chain(connection: sqlite3.Connection) -> bool:
 def _count(connection: sqlite3.Connection, table: str) -> int:
     (count,) = connection.execute(f"SELECT count(*) FROM {table}").fetchone()  # noqa: S608 - our own names
     return int(count)
+
+
+def _one_line(message: object) -> str:
+    return " ".join(str(message).split())

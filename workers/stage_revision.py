@@ -78,6 +78,62 @@ def with_changes(parameters: Mapping[str, Any], changes: Mapping[str, Any]) -> d
     return found
 
 
+def changed_parameters(
+    used: Mapping[str, Any], usual: Mapping[str, Any], place: str = ""
+) -> dict[str, tuple[Any, Any]]:
+    """Return the parameters whose value is not the usual one.
+
+    Parameters
+    ----------
+    used, usual
+        All parameters of the method, nested alike.
+    place
+        Path of the parameters, which begins the names.
+
+    Returns
+    -------
+    dict of str to tuple
+        The value used and the usual one, by the path of the parameter.
+
+    Examples
+    --------
+    >>> changed_parameters({"a": {"b": 1, "c": 2}}, {"a": {"b": 1, "c": 3}})
+    {'a.c': (2, 3)}
+    """
+    found: dict[str, tuple[Any, Any]] = {}
+    for name, value in used.items():
+        path = f"{place}.{name}".lstrip(".")
+        if isinstance(value, Mapping):
+            found |= changed_parameters(value, usual[name], path)
+        elif value != usual[name]:
+            found[path] = value, usual[name]
+    return found
+
+
+def changes_text(changed: Mapping[str, tuple[Any, Any]]) -> str:
+    """Return changed parameters in words.
+
+    Parameters
+    ----------
+    changed
+        Value used and usual value by name, as of `changed_parameters`.
+
+    Returns
+    -------
+    str
+        The names, and the values but for lists.
+
+    Examples
+    --------
+    >>> changes_text({"a.c": (2, 3), "b": ([1, 2], [1, 3])})
+    'a.c (2 instead of 3), b'
+    """
+    return ", ".join(
+        name if isinstance(value, list) else f"{name} ({json.dumps(value)} instead of {json.dumps(usual)})"
+        for name, (value, usual) in changed.items()
+    )
+
+
 def parameters_of(result: StageResult) -> dict[str, Any]:
     """Return the parameters that a result was measured with, without the settings beside them.
 

@@ -12,7 +12,7 @@ def detect(
     image: Annotated[Path, typer.Argument(help="Image: Sun raster, PNG, TIFF or JPEG.")],
     out: Annotated[Path, typer.Option(help="FEATURES.DAT to write.")],
     ball: Annotated[str, typer.Option(help="Width and height of a ball, px.")] = "9.0,10.65",
-    features: Annotated[int, typer.Option(min=1, help="Number of features expected.")] = 15,
+    features: Annotated[int, typer.Option(min=1, max=1000, help="Number of features expected.")] = 15,
     size_reduction: Annotated[
         Literal["sd", "mean", "none"],
         typer.Option(
@@ -42,7 +42,7 @@ def detect(
     )
     try:
         frame = Frame(decode_image(read_bytes(image)), "left")
-        found = detect_point(frame, two_numbers(ball, ",", "--ball"), parameters)
+        found = detect_point(frame, two_numbers(ball, ",", "--ball", (2, 200)), parameters)
     except ImageError as error:
         raise ImageError(f"{image}: {error}") from error
     write_text(out, format_features(feature_list(found.features)))

@@ -32,7 +32,7 @@ def match(
         ),
     ] = None,
     tolerance: Annotated[
-        float, typer.Option(min=0.1, help="Tolerance of a distance of the marker, mm (eq. 5.16).")
+        float, typer.Option(min=0.1, max=100.0, help="Tolerance of a distance of the marker, mm (eq. 5.16).")
     ] = 3.5,
 ) -> None:
     """Match features, reconstruct points and find triads by the method of 1995; print every triplet's verdict."""

@@ -7,12 +7,14 @@ from spinewatch.calibration.points import Sensor
 from spinewatch.calibration.solve.parameters import SolveParameters
 from spinewatch.errors import ParameterError
 
+_LARGEST = 1e5
+
 
 def parse_sensor(image_size: str | None, pixel_size: str | None) -> Sensor:
     """Return the sensor given by --image-size and --pixel-size, by default with the cart's pixels."""
     if image_size is None:
         raise ParameterError("give --image-size, like 568x416: the points do not contain it")
-    width, height = two_numbers(image_size, "x", "--image-size")
+    width, height = two_numbers(image_size, "x", "--image-size", (1, 20_000))
     size = (int(width), int(height))
     pixel_mm = parse_pixel_size(pixel_size)
     return Sensor.of_cart(size) if pixel_mm is None else Sensor(size, pixel_mm)
@@ -30,20 +32,26 @@ def parse_solve_options(free: str | None, fix: str | None, estimate_aspect: bool
     return solve_parameters(names, fixed, estimate_aspect)
 
 
-def two_numbers(text: str, separator: str, option: str) -> tuple[float, float]:
-    """Return the two positive numbers of an option."""
+def two_numbers(
+    text: str, separator: str, option: str, bounds: tuple[float, float] = (1e-6, _LARGEST)
+) -> tuple[float, float]:
+    """Return the two numbers of an option, each within the bounds; raises ``ParameterError``."""
     try:
         a, b = (float(part) for part in text.lower().split(separator))
     except ValueError as error:
         raise ParameterError(f"{option} {text!r} must be two numbers separated by {separator!r}") from error
-    if not (a > 0 and b > 0):
-        raise ParameterError(f"{option} {text!r} must be positive")
+    low, high = bounds
+    if not (low <= a <= high and low <= b <= high):
+        raise ParameterError(f"{option} {text!r} must be two numbers from {low:g} to {high:g}")
     return a, b
 
 
 def _fixed_parameter(text: str) -> tuple[str, float]:
     name, _, value = text.partition("=")
     try:
-        return name.strip(), float(value)
+        number = float(value)
+        if not abs(number) <= _LARGEST:
+            raise ValueError("not a number that a parameter can have")
+        return name.strip(), number
     except ValueError as error:
         raise ParameterError(f"--fix {text!r} is not NAME=NUMBER, like x0=0") from error

@@ -36,7 +36,10 @@ def load_settings(**options: Any) -> Settings:
     try:
         return Settings(**{key: value for key, value in options.items() if value is not None})
     except ValidationError as error:
-        problems = "; ".join(f"{PREFIX}{str(e['loc'][0]).upper()}: {e['msg']}" for e in error.errors())
+        problems = "; ".join(
+            f"{PREFIX}{str(e['loc'][0]).upper()}: {e['msg'].removeprefix('Value error, ')}"
+            for e in error.errors()
+        )
         raise SettingsError(f"{problems}; see docs/operations.md") from error
 
 
@@ -102,10 +105,25 @@ def _database_error(verb: str, error: Exception) -> SpinewatchError:
 
 
 def require_queue(settings: Settings) -> None:
-    """Raise ``QueueURLError`` unless the URL of the queue can be used."""
-    from store.queue import JobQueue  # noqa: PLC0415 - --help does not need it
+    """Raise ``QueueURLError`` unless the URL of the queue can be used and the queue answers."""
+    import sqlite3  # noqa: PLC0415 - --help does not need these
 
-    JobQueue(settings.queue).close()
+    from psycopg import Error as PostgresError  # noqa: PLC0415
+    from redis import RedisError  # noqa: PLC0415
+
+    from store.errors import QueueURLError  # noqa: PLC0415
+    from store.queue import JobQueue  # noqa: PLC0415
+
+    queue = JobQueue(settings.queue)
+    try:
+        queue.length()
+    except (RedisError, PostgresError, sqlite3.Error) as error:
+        reason = str(error).partition("\n")[0].rstrip(".")
+        raise QueueURLError(
+            f"the queue does not answer: {reason}; start its server, or check SPINEWATCH_QUEUE_URL"
+        ) from error
+    finally:
+        queue.close()
 
 
 def start_log(settings: Settings) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -65,6 +66,17 @@ def write_bytes(path: Path, content: bytes) -> None:
 def printable_name(name: str) -> str:
     """Return a file name as text that can be printed and stored: bytes that are not UTF-8 are escaped."""
     return os.fsencode(name).decode("utf-8", "backslashreplace")
+
+
+def require_ending(path: Path, endings: Sequence[str], contents: str) -> None:
+    """Raise ``OutputError`` for a file whose ending says that it holds something else; devices have none.
+
+    ``contents`` names what would be written.
+    """
+    if path.suffix.lower() not in endings and (path.is_file() or not path.exists()):
+        *others, last = [ending or "no ending" for ending in endings]
+        known = f"{', '.join(others)} or {last}" if others else last
+        raise OutputError(f"{path} cannot hold {contents}; give a name with {known}")
 
 
 def write_text(path: Path, text: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from spinewatch.errors import ParameterError
-from spinewatch.levels import anatomical_sequence, canonical_name, vertebra_names
+from spinewatch.levels import extra_level_names, vertebra_names
 
 
 def parse_labels(labels: str | None, triads: int | None, extra_levels: Sequence[str] = ()) -> tuple[str, ...]:
@@ -25,12 +25,13 @@ def parse_labels(labels: str | None, triads: int | None, extra_levels: Sequence[
 
 
 def parse_extra_levels(levels: str | None) -> tuple[str, ...]:
-    """Return the vertebrae in a comma-separated list of extra levels; raises ``LevelError`` if no spine has them."""
+    """Return the vertebrae in a comma-separated list of extra levels.
+
+    Raises ``LevelError`` if no spine has them, or if one is there twice.
+    """
     if levels is None:
         return ()
-    names = tuple(canonical_name(name) for name in _split("--extra-levels", levels, "T13,L6"))
-    anatomical_sequence(names)
-    return names
+    return extra_level_names(_split("--extra-levels", levels, "T13,L6"))
 
 
 def _split(option: str, text: str, example: str) -> tuple[str, ...]:

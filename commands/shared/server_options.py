@@ -10,7 +10,10 @@ import typer
 Host = Annotated[
     str | None, typer.Option(help="Address to listen on.", show_default="SPINEWATCH_HOST or 127.0.0.1")
 ]
-Port = Annotated[int | None, typer.Option(help="Port to listen on.", show_default="SPINEWATCH_PORT or 8000")]
+Port = Annotated[
+    int | None,
+    typer.Option(min=1, max=65535, help="Port to listen on.", show_default="SPINEWATCH_PORT or 8000"),
+]
 TlsCert = Annotated[
     Path | None, typer.Option(help="TLS certificate, PEM.", show_default="SPINEWATCH_TLS_CERT or none")
 ]

@@ -12,8 +12,15 @@ from service.problems import InvalidInputError
 from service.radiograph_process import read_apart
 from spinewatch.errors import ImageError, SpinewatchError
 from spinewatch.imaging.header import ImageHeader
-from spinewatch.imaging.pixel_spacing import MAX_SPACING_MM, MIN_SPACING_MM, SpacingSource, plausible_spacing
+from spinewatch.imaging.pixel_spacing import (
+    LARGEST_SPACING_RATIO,
+    MAX_SPACING_MM,
+    MIN_SPACING_MM,
+    SpacingSource,
+    plausible_spacing,
+)
 from spinewatch.imaging.radiograph_image import RadiographImage
+from spinewatch.imaging.stated_view import require_view
 from store.images import NewImage
 from store.radiographs import NewRadiograph
 
@@ -30,7 +37,10 @@ def parse_spacing(text: str) -> tuple[float, float]:
     """Return rows and columns of ``0.143,0.143``, mm; raises ``ValueError`` unless they are those of a radiograph."""
     spacing = plausible_spacing([float(number) for number in text.split(",")])
     if spacing is None:
-        raise ValueError(f"must be two numbers from {MIN_SPACING_MM} to {MAX_SPACING_MM} mm")
+        raise ValueError(
+            f"must be two numbers from {MIN_SPACING_MM} to {MAX_SPACING_MM} mm, the larger at most"
+            f" {LARGEST_SPACING_RATIO:g} times the smaller"
+        )
     return spacing
 
 
@@ -56,7 +66,7 @@ class RadiographForm(BaseModel):
         File,
         Field(
             description="PNG, JPEG, TIFF or uncompressed DICOM, with the head at the top. Only gray levels and pixel"
-            " spacing are kept."
+            " spacing are kept. What a DICOM file says of its view and sides must agree with the form."
         ),
     ]
     pixel_spacing_mm: Annotated[
@@ -85,14 +95,16 @@ class RadiographForm(BaseModel):
 
 def read_new_radiograph(form: RadiographForm) -> NewRadiograph:
     """Return the radiograph without the metadata of its file; raises ``InvalidInputError``, which names the part."""
+    positive_on = form.left_on or form.anterior_on or "left"
     try:
         found = read_apart(form.image.file)
+        require_view(found.stated_view, form.view, positive_on)
     except ImageError as error:
         raise InvalidInputError("image", error) from error
     spacing, source = _spacing(form, found)
     return NewRadiograph(
         view=form.view,
-        positive_on=form.left_on or form.anterior_on or "left",
+        positive_on=positive_on,
         pixel_spacing_mm=spacing,
         spacing_source=source,
         image=NewImage(found.png, ImageHeader("PNG", "image/png", found.width, found.height)),

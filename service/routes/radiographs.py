@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated
 
-from anyio import CapacityLimiter, to_thread
-from fastapi import APIRouter, Depends, Form, Path, Request, Response
+from fastapi import APIRouter, Depends, Form, Path, Response
 from starlette.concurrency import run_in_threadpool
 
 from contract.event import Actor
@@ -26,6 +25,7 @@ from service.images import FILE_RESPONSES, file_response, image_of
 from service.paging import CreatedSort, Paging, PartDep
 from service.parameters import SurgeryId
 from service.problems import InvalidInputError
+from service.turns import TurnsDep, in_turn
 from spinewatch.errors import SpinewatchError
 from spinewatch.imaging.pixel_spacing import SpacingSource
 from spinewatch.spine.radiograph_landmarks import RadiographView
@@ -39,15 +39,6 @@ from store.radiographs import NewRadiograph
 router = APIRouter(prefix="/v1/surgeries/{surgery_id}/radiographs", tags=["radiographs"])
 
 RadiographId = Annotated[str, Path(description="Identifier of the radiograph.")]
-
-
-def _decoding(request: Request) -> CapacityLimiter:
-    turns: CapacityLimiter = request.app.state.decoding
-    return turns
-
-
-DecodingDep = Annotated[CapacityLimiter, Depends(_decoding)]
-"""Turns at decoding a radiograph: each takes a core and some hundred megabytes."""
 
 
 class UnknownRadiographError(SpinewatchError):
@@ -67,7 +58,7 @@ async def add_radiograph(
     surgery_id: SurgeryId,
     form: Annotated[RadiographForm, Form(media_type="multipart/form-data")],
     database: DatabaseDep,
-    turns: DecodingDep,
+    turns: TurnsDep,
     once: OnceDep,
     actor: ActorDep,
 ) -> Response:
@@ -77,7 +68,7 @@ async def add_radiograph(
     must be uncompressed; its first window is applied.
     """
     await run_in_threadpool(_require_surgery, database, surgery_id)
-    new = await to_thread.run_sync(read_new_radiograph, form, limiter=turns)
+    new = await in_turn(turns.decoding, read_new_radiograph, form)
     return await run_in_threadpool(_added, surgery_id, new, once, actor)
 
 

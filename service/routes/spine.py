@@ -39,7 +39,7 @@ from service.routes.jobs import job_of
 from store import jobs, spine_jobs, spine_setups, spines
 from store.clock import utc_now
 from store.database import Database
-from store.page import Position, page_of_items
+from store.page import Position
 from store.queue import JobQueue
 
 router = APIRouter(prefix="/v1/surgeries/{surgery_id}", tags=["spine"])
@@ -144,9 +144,7 @@ def list_spine_setups(surgery_id: SurgeryId, database: DatabaseDep, part: PartDe
     paging = Paging(part.limit, "-revision", part.cursor, surgery_id=surgery_id)
     with database.read() as session:
         found = spine_setups.revisions(session, surgery_id)
-    page = page_of_items(
-        found[::-1], lambda item: Position(str(item.revision), item.surgery_id), paging.wanted
-    )
+    page = paging.page_of(found[::-1], lambda item: Position(str(item.revision), item.surgery_id))
     listing = Listing[SetupRevision].model_validate(paging.document(page, page.items))
     return document_response(listing, part.if_none_match)
 

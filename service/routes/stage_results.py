@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-from fastapi import APIRouter, Query, Response
+from fastapi import APIRouter, Response
 
 from contract.burst import StageBurst
 from contract.explanation import StageCandidates
@@ -13,14 +11,12 @@ from contract.flag import Flag
 from contract.stage import StageTriads
 from service.dependencies import DatabaseDep, problems
 from service.etags import NOT_MODIFIED, IfNoneMatch, document_response
-from service.parameters import StagePath, SurgeryId, TakeQuery
+from service.parameters import PairQuery, StagePath, SurgeryId, TakeQuery
 from service.stage_documents import label_source, revision_document
 from store import measurements, pair_results
 from store.errors import FeaturesMissingError
 
 router = APIRouter(prefix="/v1/surgeries/{surgery_id}/stages", tags=["stages"])
-
-PairQuery = Annotated[int, Query(ge=1, le=2**31 - 1, description="Number of the pair in a burst.")]
 
 
 @router.get("/{name}/triads", responses={**NOT_MODIFIED, **problems(404, 409)}, response_model=StageTriads)

@@ -27,14 +27,14 @@ from service.forms.stage import StageForm, read_stage, require_calibrated_sizes
 from service.idempotency import OnceDep
 from service.images import FILE_RESPONSES, SidePath, file_response
 from service.paging import CreatedDep, Paging, PartDep, StateFilter
-from service.parameters import StagePath, SurgeryId, TakeQuery
+from service.parameters import PairQuery, StagePath, SurgeryId, TakeQuery
 from service.problems import InvalidInputError
 from service.revision_checks import EditedPair, check_centres, check_edits, check_parameters
 from service.stage_documents import stage_document
 from store import calibrations, measurements, pair_results, stage_submission, stages, surgeries, tables
 from store.clock import utc_now
 from store.errors import NotFoundError
-from store.page import Position, page_of_items
+from store.page import Position
 
 router = APIRouter(prefix="/v1/surgeries/{surgery_id}/stages", tags=["stages"])
 
@@ -64,10 +64,10 @@ def submit_stage(
 ) -> Response:
     """Submit a stereo pair, or a burst of 2 to 60 pairs, for measurement.
 
-    Either everything is stored or nothing. The same pair with the same calibration under the same name is answered
-    with the stage that is there. Any other pair under a name in use is rejected, unless the latest job of that name
-    failed or was cancelled, or it has succeeded and `retake` is true: the pair is then its next take. The parts left
-    and right are repeated for a burst; its poses are means over the pairs.
+    Either everything is stored or nothing. The same pair with the same calibration and times under the same name is
+    answered with the stage that is there; times may be left out. Any other pair under a name in use is rejected,
+    unless the latest job of that name failed or was cancelled, or it has succeeded and `retake` is true: the pair is
+    then its next take. The parts left and right are repeated for a burst; its poses are means over the pairs.
     """
     now = utc_now()
     new = read_stage(form, now, tolerance)
@@ -118,7 +118,8 @@ def revise_stage(
             check_edits(changes, measurements.triads(session, revised.id), surgery.vertebrae)
             check_centres(changes.centres, _edited_pairs(session, changes, revised, measured))
         elif isinstance(changes, Remeasurement):
-            check_parameters(changes, measured.result["parameters"])
+            own = measurements.own_parameters(session, revised)
+            check_parameters(changes, measured.result["parameters"], own)
         session.flush()
         answer = once.answer(stage_document(stage), 202, Location=f"/v1/jobs/{stage.job.id}")
     enqueue(queue, stage.job.id)
@@ -182,7 +183,7 @@ def list_takes(
     paging = Paging(part.limit, "-take", part.cursor, surgery_id=surgery_id, name=name)
     with database.read() as session:
         rows = stages.takes(session, surgery_id, name)
-    page = page_of_items(rows, lambda row: Position(str(row.take), row.id), paging.wanted)
+    page = paging.page_of(rows, lambda row: Position(str(row.take), row.id))
     items = [stage_document(row) for row in page.items]
     return document_response(Listing[Stage].model_validate(paging.document(page, items)), part.if_none_match)
 
@@ -197,7 +198,7 @@ def get_image(
     name: StagePath,
     side: SidePath,
     database: DatabaseDep,
-    pair: Annotated[int, Query(ge=1, description="Number of the pair in a burst.")] = 1,
+    pair: PairQuery = 1,
     take: TakeQuery = None,
     if_none_match: IfNoneMatch = None,
 ) -> Response:

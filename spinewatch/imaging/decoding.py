@@ -3,7 +3,7 @@
 Pillow decodes all four formats: OpenCV 4.14 reads 8-bit gray Sun rasters without a colour map as black, rotates TIFFs
 by their orientation tag even with the flag that forbids it, and prints its own messages on stderr. Pillow's own defects
 are worked around: it reduces colour of 16 bits to 8, keeps white as zero in TIFFs of 16 bits, shears Sun rasters with
-run lengths at odd widths and hides that a JPEG is damaged.
+run lengths at odd widths and hides that a JPEG or a PNG is damaged.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from spinewatch.arrays import Pixels
 from spinewatch.errors import ImageError
 from spinewatch.imaging.header import open_image, orientation
 from spinewatch.imaging.jpeg_stream import is_stream_complete
+from spinewatch.imaging.png_stream import require_complete_rows
 from spinewatch.imaging.sun_raster import decode_padded_runs, has_padded_runs
 
 _PHOTOMETRIC_TAG, _WHITE_IS_ZERO = 262, 0
@@ -54,7 +55,8 @@ def decode_image(data: bytes) -> Pixels:
     Raises
     ------
     ImageError
-        As `inspect_image`, and for a truncated or damaged file. Damage of a JPEG is found by `is_stream_complete`.
+        As `inspect_image`, and for a truncated or damaged file. Damage of a JPEG is found by `is_stream_complete`, that
+        of a PNG by `require_complete_rows`.
     MemoryError
         If the process may not have as much memory as the pixels need.
 
@@ -69,6 +71,8 @@ def decode_image(data: bytes) -> Pixels:
     """
     with open_image(data) as image:
         undo = _UNDO_ORIENTATION.get(orientation(image))
+        if image.format == "PNG":
+            require_complete_rows(data)
         try:
             image.load()
             if image.format == "SUN" and has_padded_runs(data):

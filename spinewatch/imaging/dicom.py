@@ -1,4 +1,4 @@
-"""Radiographs in DICOM files: pixels and pixel spacing, and nothing else.
+"""Radiographs in DICOM files: pixels, pixel spacing, view and sides, and nothing else.
 
 pydicom walks the elements of the data set, of which only those of `_WANTED` are read; their values stay bytes and are
 interpreted here. The cost is bounded before anything is read: the header must end within `MAX_HEADER_BYTES`, has a
@@ -19,7 +19,8 @@ from pydicom.tag import BaseTag
 
 from spinewatch.arrays import Float, Pixels
 from spinewatch.errors import ImageError
-from spinewatch.imaging.pixel_spacing import plausible_spacing
+from spinewatch.imaging.pixel_spacing import LARGEST_SPACING_RATIO, are_unequal_spacings, plausible_spacing
+from spinewatch.imaging.stated_view import StatedView
 
 MAX_HEADER_BYTES = 2 << 20
 """Longest part of a file before its pixels that is read."""
@@ -58,11 +59,14 @@ class DicomRadiograph:
         Distance of rows and columns at the patient (Pixel Spacing), mm; None if the file does not have it.
     imager_spacing_mm
         The same at the detector (Imager Pixel Spacing), where the patient appears magnified, mm, or None.
+    stated_view
+        View and sides, as far as the file says them.
     """
 
     pixels: Pixels
     pixel_spacing_mm: tuple[float, float] | None
     imager_spacing_mm: tuple[float, float] | None
+    stated_view: StatedView
 
 
 def is_dicom(data: bytes) -> bool:
@@ -122,16 +126,20 @@ _PREAMBLE, _META_START = 128, 132
 _PIXELS, _CHARACTER_SET = 0x7FE00010, 0x00080005
 _SYNTAX = 0x00020010
 _SPACING, _IMAGER_SPACING, _ANNOTATED = 0x00280030, 0x00181164, 0x00280301
+_MODALITY, _VIEW_POSITION, _ORIENTATION = 0x00080060, 0x00185101, 0x00200020
 _SAMPLES, _PHOTOMETRIC, _FRAMES, _ROWS, _COLUMNS = 0x00280002, 0x00280004, 0x00280008, 0x00280010, 0x00280011
 _ALLOCATED, _STORED, _HIGH_BIT, _SIGNED = 0x00280100, 0x00280101, 0x00280102, 0x00280103
 _CENTRE, _WIDTH, _INTERCEPT, _SLOPE = 0x00281050, 0x00281051, 0x00281052, 0x00281053
 _WANTED = (
+    *(_MODALITY, _VIEW_POSITION, _ORIENTATION),
     *(_SPACING, _IMAGER_SPACING, _ANNOTATED, _SAMPLES, _PHOTOMETRIC, _FRAMES, _ROWS, _COLUMNS),
     *(_ALLOCATED, _STORED, _HIGH_BIT, _SIGNED, _CENTRE, _WIDTH, _INTERCEPT, _SLOPE),
 )
 _IMPLICIT_TYPES = {"1.2.840.10008.1.2": True, "1.2.840.10008.1.2.1": False}
 """Transfer syntaxes that are read, both little-endian and uncompressed: whether types of values are implicit."""
 
+_PROJECTIONS = frozenset({"CR", "DX", "DR", "RF", "XA", "MG", "RG", "OT"})
+"""Modalities of projection radiographs, and of digitized films."""
 _MAX_ELEMENTS = 5000
 _MAX_ITEMS = 10_000
 _ITEM = bytes.fromhex("feff00e0")
@@ -157,7 +165,7 @@ class _Header:
         return int.from_bytes(value, "little")
 
     def text(self, tag: int) -> str:
-        return self.values.get(tag, b"").decode("ascii").strip(" \0")
+        return self.values.get(tag, b"").decode("ascii", "replace").strip(" \0")
 
     def numbers(self, tag: int) -> tuple[float, ...]:
         text = self.text(tag)
@@ -168,13 +176,30 @@ def _read(data: bytes) -> DicomRadiograph:
     if not is_dicom(data):
         raise DicomError("the file is not a DICOM file; export it again")
     header = _header(data)
-    if header.text(_ANNOTATED) == "YES":
+    modality = header.text(_MODALITY).upper()
+    if modality and modality not in _PROJECTIONS:
+        raise DicomError(
+            f"the modality of the DICOM file is {_shown(modality)}, not that of a radiograph; send a projection"
+            f" radiograph ({', '.join(sorted(_PROJECTIONS))})"
+        )
+    if header.text(_ANNOTATED).upper() == "YES":
         raise DicomAnnotatedError(
             "the image has text burned into its pixels, which may name the patient; export it without annotations"
         )
     stored = _stored_values(data, header)
     spacing, imager = _spacing(header, _SPACING), _spacing(header, _IMAGER_SPACING)
-    return DicomRadiograph(_displayed(stored, header), spacing, imager)
+    return DicomRadiograph(_displayed(stored, header), spacing, imager, _stated_view(header))
+
+
+def _shown(text: str) -> str:
+    """Return a value of a file for a message."""
+    return "".join(letter for letter in text if letter.isalnum())[:16]
+
+
+def _stated_view(header: _Header) -> StatedView:
+    """Return what the file says of the view and the sides."""
+    rows, _, columns = header.text(_ORIENTATION).partition("\\")
+    return StatedView(header.text(_VIEW_POSITION), rows.strip(), columns.strip())
 
 
 def _transfer_syntax(data: bytes) -> tuple[str, int]:
@@ -290,4 +315,10 @@ def _windowed(levels: Float, header: _Header) -> Float:
 
 def _spacing(header: _Header, tag: int) -> tuple[float, float] | None:
     """Return a spacing of rows and columns, mm; None if it is missing or impossible."""
-    return plausible_spacing(header.numbers(tag))
+    numbers = header.numbers(tag)
+    if are_unequal_spacings(numbers):
+        raise DicomError(
+            "the pixel spacings of rows and columns in the DICOM file differ by more than a factor of"
+            f" {LARGEST_SPACING_RATIO:g}; export it again, or as PNG with the pixel spacing"
+        )
+    return plausible_spacing(numbers)

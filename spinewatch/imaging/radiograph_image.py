@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import BytesIO
 
 import numpy as np
@@ -14,10 +14,18 @@ from spinewatch.errors import ImageError
 from spinewatch.imaging.dicom import MAX_RADIOGRAPH_PIXELS, is_dicom, read_dicom
 from spinewatch.imaging.header import open_image
 from spinewatch.imaging.pixel_spacing import SpacingSource
+from spinewatch.imaging.png_stream import require_complete_rows
+from spinewatch.imaging.stated_view import NOTHING_STATED, StatedView
 
 _ORIENTATION_TAG, _UPRIGHT = 274, 1
 _PHOTOMETRIC_TAG, _WHITE_IS_ZERO, _BITS_TAG = 262, 0, 258
 _COMPRESSION = 3
+
+
+class BlankRadiographError(ImageError):
+    """A radiograph of one gray level."""
+
+    code = "radiograph-blank"
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +42,8 @@ class RadiographImage:
         Distance of rows and of columns that the file states, mm; None if it states none.
     spacing_source
         Which element of a DICOM file states it; None if none.
+    stated_view
+        View and sides that a DICOM file states.
     """
 
     png: bytes
@@ -41,6 +51,7 @@ class RadiographImage:
     height: int
     pixel_spacing_mm: tuple[float, float] | None
     spacing_source: SpacingSource | None
+    stated_view: StatedView = NOTHING_STATED
 
 
 def read_radiograph(data: bytes) -> RadiographImage:
@@ -61,6 +72,8 @@ def read_radiograph(data: bytes) -> RadiographImage:
     ------
     DicomError
         If a DICOM file cannot be used.
+    BlankRadiographError
+        If all pixels are alike.
     ImageError
         If another file is no image, is damaged, is too large, or has an orientation tag.
 
@@ -71,7 +84,7 @@ def read_radiograph(data: bytes) -> RadiographImage:
     Examples
     --------
     >>> buffer = BytesIO()
-    >>> Image.new("L", (30, 20)).save(buffer, "PNG")
+    >>> Image.linear_gradient("L").resize((30, 20)).save(buffer, "PNG")
     >>> radiograph = read_radiograph(buffer.getvalue())
     >>> radiograph.width, radiograph.height, radiograph.pixel_spacing_mm
     (30, 20, None)
@@ -79,10 +92,11 @@ def read_radiograph(data: bytes) -> RadiographImage:
     if not is_dicom(data):
         return _encoded(_gray_levels(data), None, None)
     found = read_dicom(data)
+    spacing, source = found.imager_spacing_mm, SpacingSource.IMAGER_PIXEL_SPACING
     if found.pixel_spacing_mm not in (None, found.imager_spacing_mm):
-        return _encoded(found.pixels, found.pixel_spacing_mm, SpacingSource.PIXEL_SPACING)
-    source = None if found.imager_spacing_mm is None else SpacingSource.IMAGER_PIXEL_SPACING
-    return _encoded(found.pixels, found.imager_spacing_mm, source)
+        spacing, source = found.pixel_spacing_mm, SpacingSource.PIXEL_SPACING
+    encoded = _encoded(found.pixels, spacing, None if spacing is None else source)
+    return replace(encoded, stated_view=found.stated_view)
 
 
 def _gray_levels(data: bytes) -> Pixels:
@@ -92,6 +106,8 @@ def _gray_levels(data: bytes) -> Pixels:
             raise ImageError(
                 f"the image has more than {MAX_RADIOGRAPH_PIXELS // 1_000_000} million pixels; export it smaller"
             )
+        if image.format == "PNG":
+            require_complete_rows(data)
         try:
             tags = getattr(image, "tag_v2", None) or image.getexif()
             orientation = tags.get(_ORIENTATION_TAG, _UPRIGHT)
@@ -116,6 +132,8 @@ def _gray_levels(data: bytes) -> Pixels:
 def _encoded(
     pixels: Pixels, spacing: tuple[float, float] | None, source: SpacingSource | None
 ) -> RadiographImage:
+    if pixels.min() == pixels.max():
+        raise BlankRadiographError("the image is blank: all its pixels are alike; export it again")
     buffer = BytesIO()
     Image.fromarray(np.ascontiguousarray(pixels)).save(buffer, "PNG", compress_level=_COMPRESSION)
     height, width = pixels.shape

@@ -34,6 +34,10 @@ _COUNTS = frozenset({1, 3, 4, 16})
 _BYTES = frozenset({1, 2, 6, 7})
 
 _WIDTH, _LENGTH = 256, 257
+_PHOTOMETRIC = 262
+_READABLE = frozenset(range(7))
+"""Photometric interpretations: white or black as zero, RGB, palette, mask, CMYK and YCbCr."""
+_LAB = frozenset({8, 9, 10})
 _TILE_WIDTH, _TILE_LENGTH = 322, 323
 _SEGMENTS = frozenset({273, 279, 324, 325})
 """Offsets and sizes of strips and of tiles."""
@@ -82,8 +86,8 @@ def tiff_size(data: bytes) -> tuple[int, int]:
     Raises
     ------
     ImageError
-        If the file has more entries, strips or values than any camera writes, a tag of the wrong type, several images,
-        or no image.
+        If the file has more entries, strips or values than any camera writes, a tag of the wrong type, a colour space
+        that is not supported, several images, or no image.
 
     References
     ----------
@@ -120,9 +124,16 @@ def tiff_size(data: bytes) -> tuple[int, int]:
         raise ImageError("the file holds several images; send one image per file")
     if not (values.get(_WIDTH) and values.get(_LENGTH)):
         raise ImageError(_DAMAGED)
+    _check_colour(values.get(_PHOTOMETRIC, 1))
     if values.get(_TILE_WIDTH, 1) * values.get(_TILE_LENGTH, 1) > _MAX_TILE_PIXELS:
         raise ImageError(_TOO_MANY)
     return values[_WIDTH], values[_LENGTH]
+
+
+def _check_colour(photometric: int) -> None:
+    if photometric not in _READABLE:
+        kind = "L*a*b*" if photometric in _LAB else f"of kind {photometric}"
+        raise ImageError(f"the TIFF file has colour {kind}, which is not supported; export it as gray or RGB")
 
 
 def _check_entry(tag: int, kind: int, count: int, most: int) -> None:

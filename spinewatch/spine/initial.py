@@ -10,9 +10,11 @@ import numpy as np
 
 from spinewatch.arrays import Float
 from spinewatch.errors import ParameterError
-from spinewatch.geometry.rotations import nearest_rotation
+from spinewatch.geometry.rotations import nearest_rotation, vector_from_rotation
 from spinewatch.levels import LevelError, level_numbers, vertebra_names
 from spinewatch.spine.configuration import InitialKind, InitialSpine
+from spinewatch.spine.orientation import twist_of
+from spinewatch.spine.patient_axes import require_chain_along
 from spinewatch.triads.pose import Pose
 
 
@@ -28,8 +30,14 @@ class InitialPoseError(ParameterError):
     code = "initial-pose"
 
 
+class InitialAnglesError(ParameterError):
+    """Vertebrae of the initial configuration that are turned farther than those of any spine."""
+
+    code = "initial-angles"
+
+
 class InitialPlacementError(ParameterError):
-    """Poses in patient axes that the triads do not place in object space."""
+    """Poses that the triads do not place in object space, or contradict."""
 
     code = "initial-placement"
 
@@ -52,6 +60,18 @@ class InitialParameters:
     max_residual_mm
         Greatest distance of a triad from where the placed poses expect it, mm; beyond, the poses or the patient axes
         are those of another patient or position.
+    max_shift_mm
+        Greatest mean distance of the triads from where poses in object space expect them, mm: larger than the
+        difference between any two holders of triads.
+    max_coordinate_mm
+        Greatest magnitude of a coordinate, mm.
+    max_tilt_deg
+        Greatest angle between the cephalad axes of a vertebra and of the patient, degrees.
+    max_axial_deg
+        Greatest axial rotation of a vertebra, degrees.
+    max_step_deg
+        Greatest rotation of a vertebra against its neighbour, degrees per level. A sharp kyphosis of 80 degrees over
+        two levels stays below it.
     """
 
     max_axes_error: float = 5e-3
@@ -59,6 +79,11 @@ class InitialParameters:
     triad_offset_mm: tuple[float, float, float] = (-45.0, 0.0, 0.0)
     triad_offset_sd_mm: float = 8.0
     max_residual_mm: float = 60.0
+    max_shift_mm: float = 100.0
+    max_coordinate_mm: float = 10_000.0
+    max_tilt_deg: float = 90.0
+    max_axial_deg: float = 90.0
+    max_step_deg: float = 45.0
 
 
 def initial_from_poses(  # noqa: PLR0913
@@ -90,7 +115,7 @@ def initial_from_poses(  # noqa: PLR0913
         Standard deviation of a rotation about each axis, one for all or shape (n,), degrees.
     frame
         Axes of the poses: ``object`` space of the baseline stage, or ``patient`` axes of any origin, which the triads
-        then place.
+        then place. In both, triads of the same vertebrae are compared with the poses.
     patient_axes
         Rotation from patient to object axes, shape (3, 3).
     triads
@@ -112,9 +137,14 @@ def initial_from_poses(  # noqa: PLR0913
     InitialLevelsError
         If there are fewer than two vertebrae, or one between them carries a triad and has no pose.
     InitialPoseError
-        If a pose is not finite, its axes are not perpendicular unit vectors or are left-handed, or two coincide.
+        If a pose is not finite or out of range, its axes are not perpendicular unit vectors or are left-handed, or two
+        coincide.
+    InitialAnglesError
+        If a vertebra is turned farther in the patient, or against its neighbour, than that of any spine.
+    PatientAxesContradictedError
+        If the vertebrae do not run along the cephalad axis.
     InitialPlacementError
-        If poses in patient axes have no triad in common, or lie too far from the triads.
+        If poses in patient axes have no triad in common, or poses in either frame lie too far from the triads.
 
     Examples
     --------
@@ -141,12 +171,18 @@ def initial_from_poses(  # noqa: PLR0913
     errors = np.zeros((n, 6, 6 * n))
     for i in range(n):
         errors[i, :, 6 * i : 6 * i + 6] = np.diag(sd[i])
+    seen, turned = (position, R) if frame == "patient" else (position @ patient_axes, patient_axes.T @ R)
+    _check_angles(names, level_numbers(names, extra_levels), turned, parameters)
+    require_chain_along(names, seen, "the initial configuration", extra_levels)
+    shift = _shift_to_triads(names, seen, turned, patient_axes, triads, parameters)
     if frame == "patient":
-        shift, shift_sd = _shift_to_triads(names, position, R, patient_axes, triads, parameters)
+        shift, shift_sd = _placement(shift, len(set(names) & set(triads)), parameters)
         position, R = (position + shift) @ patient_axes.T, patient_axes @ R
         common = np.zeros((n, 6, 3))
         common[:, :3] = shift_sd * np.eye(3)
         errors = np.concatenate([errors, common], axis=2)
+    else:
+        _check_shift(shift, parameters)
     return InitialSpine(InitialKind.POSES, names, position, R, errors)
 
 
@@ -180,6 +216,10 @@ def _check_poses(
             raise InitialPoseError(
                 f"pose of {name} is not finite, or a deviation is negative; correct its numbers"
             )
+        if np.abs(position[i]).max() > parameters.max_coordinate_mm:
+            raise InitialPoseError(
+                f"position of {name} is beyond {parameters.max_coordinate_mm / 1000:g} m; give the centroid in mm"
+            )
         if axes_error[i] > parameters.max_axes_error:
             raise InitialPoseError(
                 f"axes of {name} are not perpendicular unit vectors (off by {axes_error[i]:.3g}); give a rotation"
@@ -198,6 +238,31 @@ def _check_poses(
         )
 
 
+def _check_angles(
+    names: tuple[str, ...], numbers: Sequence[int], R: Float, parameters: InitialParameters
+) -> None:
+    """Check rotations (n, 3, 3) from vertebra to patient axes, from cranial to caudal."""
+    tilts = np.degrees(np.arccos(np.clip(R[:, 2, 2], -1, 1)))
+    for what, angles, limit in (
+        ("tilted", tilts, parameters.max_tilt_deg),
+        ("turned about the spine", np.abs(twist_of(R)), parameters.max_axial_deg),
+    ):
+        worst = int(np.argmax(angles))
+        if angles[worst] > limit:
+            raise InitialAnglesError(
+                f"{names[worst]} is {what} by {angles[worst]:.0f} degrees in the patient, more than {limit:g}; check"
+                " its angles, the frame of the poses and the patient axes"
+            )
+    steps = np.degrees(np.linalg.norm(vector_from_rotation(R[:-1].swapaxes(1, 2) @ R[1:]), axis=-1))
+    excess = steps - parameters.max_step_deg * np.diff(numbers)
+    worst = int(np.argmax(excess))
+    if excess[worst] > 0:
+        raise InitialAnglesError(
+            f"{names[worst]} and {names[worst + 1]} are turned by {steps[worst]:.0f} degrees against each other, more"
+            f" than {parameters.max_step_deg:g} per level; check their angles"
+        )
+
+
 def _shift_to_triads(
     names: tuple[str, ...],
     position: Float,
@@ -205,17 +270,14 @@ def _shift_to_triads(
     patient_axes: Float,
     triads: Mapping[str, Pose],
     parameters: InitialParameters,
-) -> tuple[Float, float]:
-    """Return the translation (3,) that brings poses to their triads, patient axes, and its deviation per axis, mm."""
+) -> Float | None:
+    """Return the translation (3,) that brings poses to their triads, patient axes, mm; None without a common one."""
     common = [i for i, name in enumerate(names) if name in triads]
     if not common:
-        raise InitialPlacementError(
-            "no vertebra of the initial configuration carries a triad that places it; give poses in object space, or"
-            " the pose of a vertebra with a triad"
-        )
+        return None
     P = np.array([triads[names[i]].position_mm for i in common]) @ patient_axes
     expected = position[common] + R[common] @ np.array(parameters.triad_offset_mm)
-    shift = (P - expected).mean(axis=0)
+    shift: Float = (P - expected).mean(axis=0)
     residuals = np.linalg.norm(P - expected - shift, axis=1)
     worst = int(np.argmax(residuals))
     if residuals[worst] > parameters.max_residual_mm:
@@ -223,4 +285,25 @@ def _shift_to_triads(
             f"triad {names[common[worst]]} is {residuals[worst]:.0f} mm from where the initial configuration expects"
             f" it, more than {parameters.max_residual_mm:g} mm; check the patient axes, the units and the patient"
         )
-    return shift, parameters.triad_offset_sd_mm / float(np.sqrt(len(common)))
+    return shift
+
+
+def _placement(shift: Float | None, n_common: int, parameters: InitialParameters) -> tuple[Float, float]:
+    """Return the translation (3,) of poses in patient axes and its deviation per axis, mm."""
+    if shift is None:
+        raise InitialPlacementError(
+            "no vertebra of the initial configuration carries a triad that places it; give poses in object space, or"
+            " the pose of a vertebra with a triad"
+        )
+    return shift, parameters.triad_offset_sd_mm / float(np.sqrt(n_common))
+
+
+def _check_shift(shift: Float | None, parameters: InitialParameters) -> None:
+    """Check that poses in object space are where the triads are."""
+    distance = 0.0 if shift is None else float(np.linalg.norm(shift))
+    if distance > parameters.max_shift_mm:
+        raise InitialPlacementError(
+            f"the triads are {distance:.0f} mm from where the initial configuration expects them, more than"
+            f" {parameters.max_shift_mm:g} mm; check that the poses are in object space of the baseline stage, or"
+            " give frame patient"
+        )

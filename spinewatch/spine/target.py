@@ -17,6 +17,9 @@ from spinewatch.spine.orientation import rotation_from_tilts, tilt_gradients, ti
 from spinewatch.spine.results import MeasureValue
 from spinewatch.spine.uncertainty import common_factors
 
+MAX_TARGET_MM = 10_000.0
+"""Greatest magnitude of a coordinate of a planned position, mm."""
+
 
 class TargetError(ParameterError):
     """A planned configuration that is not one of this spine: unknown or repeated levels, or impossible numbers."""
@@ -78,8 +81,8 @@ def check_target(target: Sequence[PlannedVertebra], levels: Sequence[str]) -> No
     Raises
     ------
     TargetError
-        If it names no vertebra, a vertebra that the spine does not have, or one twice; or if a number is not finite or
-        a tilt not below 90 degrees.
+        If it names no vertebra, a vertebra that the spine does not have, or one twice; or if a number is not finite, a
+        tilt not below 90 degrees, an axial rotation beyond 90 degrees, or a position beyond `MAX_TARGET_MM`.
     """
     names = [planned.vertebra for planned in target]
     if not names:
@@ -103,6 +106,16 @@ def check_target(target: Sequence[PlannedVertebra], levels: Sequence[str]) -> No
             raise TargetError(
                 f"the target of {planned.vertebra} has a tilt of {np.max(np.abs(planned.angles_deg[:2])):g} degrees;"
                 " tilts are below 90"
+            )
+        if abs(planned.angles_deg[2]) > 90:
+            raise TargetError(
+                f"the target of {planned.vertebra} has an axial rotation of {planned.angles_deg[2]:g} degrees; it is"
+                " from -90 to 90"
+            )
+        if planned.position_mm is not None and np.max(np.abs(planned.position_mm)) > MAX_TARGET_MM:
+            raise TargetError(
+                f"the target of {planned.vertebra} is beyond {MAX_TARGET_MM / 1000:g} m; give its centroid from the"
+                " reference vertebra's centroid in mm"
             )
 
 

@@ -75,3 +75,22 @@ def test_a_purge_that_is_impossible_is_one_line(
     done = run(tmp_path, "purge", *options, "--reason", "x")
     assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
     assert list(tmp_path.glob("*.zip*")) == []
+
+
+def test_what_is_no_audit_is_refused(tmp_path: Path, surgery: str) -> None:
+    (tmp_path / "empty.jsonl").touch()
+    for file in (str(tmp_path / "empty.jsonl"), "/dev/null"):
+        empty = run(tmp_path, "audit", "verify", file)
+        assert (empty.returncode, empty.stdout, len(empty.stderr.splitlines())) == (2, "", 1)
+    copy = tmp_path / "audit.json"
+    missing = run(tmp_path, "audit", "export", str(copy), "--surgery", f"{surgery}x")
+    assert (missing.returncode, missing.stdout) == (2, "")
+    assert "no such surgery" in missing.stderr
+    assert not copy.exists()
+
+
+def test_an_age_that_no_surgery_has_is_refused(tmp_path: Path, surgery: str) -> None:
+    refused = run(tmp_path, "purge", "--older-than", "1000000", "--reason", "a", "--yes")
+    assert (refused.returncode, len(refused.stderr.splitlines())) == (2, 1)
+    oldest = run(tmp_path, "purge", "--older-than", "36500", "--reason", "a", "--yes")
+    assert (oldest.returncode, "no surgery is that old" in oldest.stdout) == (0, True)

@@ -64,3 +64,29 @@ def test_what_is_wrong_is_named(
     (tmp_path / "text" / "left.png").write_text("text")
     monkeypatch.chdir(tmp_path)
     assert words in refusal(monkeypatch, capsys, arguments)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("convert", RIG, "--out", "x.foo"), ".json"),
+        (("convert", RIG, "--to", "opencv", "--out", "x.json"), ".yml"),
+        (("convert", RIG, "--to", "1995", "--out", "x.json"), ".dat"),
+        (("report", "none", "--out", "r.docx"), ".html, .htm or .pdf"),
+        (("report", "none", "--out", "r"), ".html, .htm or .pdf"),
+        (("calibrate", LEFT, RIGHT, "--report", "r.docx"), ".html or .htm"),
+        (("calibrate", LEFT, RIGHT, "--out", "r.yml"), ".json"),
+        (("detect", LEFT, "--out", "F.DAT", "--ball", "1e5,1e5"), "--ball"),
+        (("process", LEFT, RIGHT, "--rig", RIG, "--range", "1,1e300"), "--range"),
+    ],
+)
+def test_a_name_or_number_that_cannot_be_meant_is_refused_before_anything_is_written(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    arguments: tuple[object, ...],
+    words: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert words in refusal(monkeypatch, capsys, arguments)
+    assert list(tmp_path.iterdir()) == []

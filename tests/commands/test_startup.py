@@ -134,7 +134,14 @@ def test_a_port_in_use(
 
 @pytest.mark.parametrize("command", ["run", "serve", "worker"])
 @pytest.mark.parametrize(
-    "queue", ["sqlite:////proc/spinewatch/q.sqlite", "sqlite:///{folder}", "amqp://host"]
+    "queue",
+    [
+        "sqlite:////proc/spinewatch/q.sqlite",
+        "sqlite:///{folder}",
+        "sqlite:///{folder}/x.sqlite",
+        "sqlite:///{folder}/notes.txt",
+        "amqp://host",
+    ],
 )
 def test_a_queue_that_cannot_be_used(
     command: str,
@@ -145,9 +152,12 @@ def test_a_queue_that_cannot_be_used(
 ) -> None:
     database = tmp_path / "x.sqlite"
     upgrade(url_of(database))
+    (tmp_path / "notes.txt").write_text("my notes")
     url = queue.format(folder=tmp_path)
     line = refused(command, monkeypatch, capsys, database_url=url_of(database), queue_url=url, port=1)
     assert "SPINEWATCH_QUEUE_URL" in line
+    assert (tmp_path / "notes.txt").read_text() == "my notes"
+    assert not list(tmp_path.glob("*.broken"))
 
 
 @pytest.mark.parametrize("command", [*STARTERS, "backup copy.sqlite", "restore copy.sqlite"])
@@ -179,3 +189,52 @@ def test_a_backup_that_cannot_be_made_or_used(
     (tmp_path / "letter").write_bytes(b"a letter to somebody" * 500)
     url = url_of(tmp_path / "x.sqlite")
     assert words in refused(command.format(folder=tmp_path), monkeypatch, capsys, database_url=url)
+
+
+@pytest.mark.parametrize("command", [*STARTERS, "key list", "backup copy.sqlite"])
+@pytest.mark.parametrize("url", ["sqlite://", "sqlite:///:memory:"])
+def test_a_record_in_memory(
+    command: str, url: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    line = refused(command, monkeypatch, capsys, database_url=url)
+    assert "SPINEWATCH_DATABASE_URL" in line
+    assert "name a file" in line
+
+
+@pytest.mark.parametrize("command", ["run", "serve", "worker"])
+def test_a_queue_that_does_not_answer(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    upgrade(url_of(tmp_path / "x.sqlite"))
+    with socket.socket() as bound:  # nothing listens there, and nothing else can
+        bound.bind(("127.0.0.1", 0))
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            port = probe.getsockname()[1]
+        url = f"redis://127.0.0.1:{bound.getsockname()[1]}/0"
+        line = refused(
+            command,
+            monkeypatch,
+            capsys,
+            database_url=url_of(tmp_path / "x.sqlite"),
+            queue_url=url,
+            port=port,
+        )
+    assert "the queue does not answer" in line
+    assert "SPINEWATCH_QUEUE_URL" in line
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("max_cpu_seconds", "1e30"),
+        ("worker_memory_bytes", "1" + "0" * 20),
+        ("allowed_origins", "*"),
+        ("reference_pattern", "(a+)+$"),
+    ],
+)
+@pytest.mark.parametrize("command", STARTERS)
+def test_a_setting_that_can_never_work(
+    command: str, name: str, value: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert f"SPINEWATCH_{name.upper()}: " in refused(command, monkeypatch, capsys, **{name: value})

@@ -10,6 +10,7 @@ from contract.spine_setup import NewRebaseline
 from spinewatch.geometry.rotations import rotation_from_vector
 from spinewatch.spine.configuration import InitialKind, Rebaseline
 from spinewatch.spine.orientation import rotation_from_tilts
+from spinewatch.spine.patient_axes import PatientAxesContradictedError
 from spinewatch.triads.pose import Pose
 from tests.store.builders import spine_setup
 
@@ -53,10 +54,10 @@ def test_deviations_of_poses_in_object_space() -> None:
 
 def test_a_rotation_matrix_is_in_the_axes_of_the_frame() -> None:
     R = rotation_from_vector(np.array([0.1, -0.2, 0.3]))
-    for frame, expected in (("object", R), ("patient", AXES @ R)):
-        document = spine_setup(initial=poses(frame, rotation=R.tolist()))
+    for frame, given in (("object", AXES @ R), ("patient", R)):
+        document = spine_setup(initial=poses(frame, rotation=given.tolist()))
         setup, _ = library_setup(document, (), LEVELS, "PRE", TRIADS, {})
-        np.testing.assert_allclose(setup.initial.rotation[0], expected, atol=1e-12)
+        np.testing.assert_allclose(setup.initial.rotation[0], AXES @ R, atol=1e-12)
 
 
 def test_a_generic_spine_is_fitted_to_the_triads() -> None:
@@ -64,6 +65,22 @@ def test_a_generic_spine_is_fitted_to_the_triads() -> None:
     setup, _ = library_setup(document, (), LEVELS, "PRE", TRIADS, {})
     assert setup.initial.kind is InitialKind.GENERIC
     assert setup.initial.levels == ("T10", "T11", "T12", "L1", "L2")
+
+
+@pytest.mark.parametrize(
+    ("cephalad", "left", "words"),
+    [
+        ("-x", "+y", "cephalad contradicts"),
+        ("+y", "+x", "cephalad contradicts"),
+        ("+x", "-y", "left contradicts"),
+    ],
+)
+@pytest.mark.parametrize("kind", ["generic", "poses"])
+def test_axes_that_the_triads_contradict_are_refused(cephalad: str, left: str, words: str, kind: str) -> None:
+    initial = {"kind": "generic"} if kind == "generic" else poses("patient")
+    axes = {"kind": "directions", "cephalad": cephalad, "left": left}
+    with pytest.raises(PatientAxesContradictedError, match=words):
+        library_setup(spine_setup(initial=initial, patient_axes=axes), (), LEVELS, "PRE", TRIADS, {})
 
 
 def test_reference_baseline_and_clamped_markers() -> None:

@@ -68,3 +68,8 @@ def test_a_surgery_of_an_earlier_version_is_still_read() -> None:
     old = {"id": "1", "created_at": "2026-11-21T09:30:00Z", "stages": [], "extra_levels": []}
     fields = {**EXAMPLE, **old, "vertebrae": ["L9", "T11", "T12"], "reference_vertebra": "L9"}
     assert Surgery.model_validate_json(json.dumps(fields)).vertebrae == ["L9", "T11", "T12"]
+
+
+def test_an_extra_level_is_declared_once() -> None:
+    with pytest.raises(LevelError, match="extra level T13 is named twice"):
+        NewSurgery.model_validate({**EXAMPLE, "extra_levels": ["T13", "t13"]})

@@ -24,7 +24,9 @@ SOUND = encoded("PNG", 91)
 def encoded_in_colour(size: tuple[int, int]) -> bytes:
     """Return a file of some 100 kB whose pixels have four bytes each."""
     buffer = BytesIO()
-    Image.new("RGBA", size, (90, 91, 92, 255)).save(buffer, "PNG")
+    image = Image.new("RGBA", size, (90, 91, 92, 255))
+    image.paste((190, 191, 192, 255), (0, 0, size[0] // 2, size[1]))
+    image.save(buffer, "PNG")
     return buffer.getvalue()
 
 

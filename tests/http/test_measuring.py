@@ -62,9 +62,13 @@ def test_a_new_measurement_keeps_what_was_sent(service: Service, calibration: st
     answer = service.client.post(f"/v1/surgeries/{surgery}/stages/PRE/revisions", json=changes)
     assert ended(service, answer) == "succeeded"
     assert answer.json()["measuring"] is None
-    parameters = triads(service, surgery)["parameters"]
+    measured = triads(service, surgery)
+    parameters = measured["parameters"]
     assert parameters["search"]["matching"]["epipolar"]["range_mm"] == [500, 900]
     assert parameters["detection"]["min_score"] == 0.15
+    (detail,) = [flag["detail"] for flag in measured["flags"] if flag["code"] == "parameters-changed"]
+    assert "detection.min_score (0.15 instead of 0.2)" in detail
+    assert "range_mm" not in detail
 
 
 def test_without_a_word_the_workers_choose(service: Service, calibration: str) -> None:

@@ -1,5 +1,7 @@
 """Lists: newest first, in pages that go on where the last one ended, filtered and sorted."""
 
+import base64
+import json
 from typing import Any
 
 import pytest
@@ -96,6 +98,29 @@ def test_jobs_are_listed(idle: Service) -> None:
 def test_a_cursor_that_is_none_is_refused(idle: Service, cursor: str) -> None:
     answer = idle.client.get("/v1/surgeries", params={"cursor": cursor})
     assert code_of(answer, 422) in {"invalid-cursor", "invalid-request"}
+
+
+def test_a_cursor_that_was_altered_is_refused(idle: Service) -> None:
+    surgery = idle.surgery()
+    job = idle.submit(surgery, "PRE", pair("PRE"), idle.calibration())
+    idle.client.post(f"/v1/jobs/{job}/cancel")
+    idle.submit(surgery, "PRE", pair("PRE"), idle.calibration())
+    wrong_times = ["0001-01-01T00:00:00+14:00", "9999-12-31T23:59:59-14:00", "2026-W01-1T00:00:00+00:00"]
+    wrong_text = ["\ud800", "a\0"]
+    for path, sort, texts in (
+        ("/v1/surgeries", "created_at", wrong_times),
+        ("/v1/surgeries", "reference", wrong_text),
+        (f"/v1/surgeries/{surgery}/stages/PRE/takes", None, ["abc", "1.5", "9" * 30]),
+    ):
+        for _ in range(2):
+            idle.surgery()
+        parameters = {"limit": "1"} if sort is None else {"limit": "1", "sort": sort}
+        cursor = idle.client.get(path, params=parameters).json()["next_cursor"]
+        made_for, _, row = json.loads(base64.urlsafe_b64decode(cursor + "=="))
+        for text in texts:
+            altered = base64.urlsafe_b64encode(json.dumps([made_for, text, row]).encode()).decode()
+            answer = idle.client.get(path, params={**parameters, "cursor": altered.rstrip("=")})
+            assert code_of(answer, 422) == "invalid-cursor"
 
 
 def test_a_cursor_of_another_list_is_refused(idle: Service) -> None:

@@ -84,6 +84,28 @@ def test_a_retake_with_the_same_pair_is_the_take_that_is_there(
     assert (again.status_code, again.json()["take"]) == (200, 1)
 
 
+def test_the_same_pair_at_another_time_is_refused_or_the_next_take(
+    service: Service, surgery: str, calibration: str
+) -> None:
+    def send(**parts: str) -> Any:
+        left, right = pair("PRE")
+        data = {"name": "PRE", "calibration_id": calibration, **parts}
+        files = {"left": ("left", left), "right": ("right", right)}
+        return service.client.post(f"/v1/surgeries/{surgery}/stages", data=data, files=files)
+
+    hour = "2026-01-05T2{}:00:00Z".format
+    assert ended(service, send(captured_at=hour(0))) == "succeeded"
+    for same in ({}, {"captured_at": hour(0)}, {"captured_at": "2026-01-05T21:00:00+01:00"}):
+        again = send(**same, retake="true")
+        assert (again.status_code, again.json()["captured_at"]) == (200, hour(0))
+    exposed = {"left_exposed_at": hour(0), "right_exposed_at": hour(0)}
+    for other in ({"captured_at": hour(1)}, exposed):
+        assert code_of(send(**other), 409) == "stage-exists"
+    taken = send(captured_at=hour(1), retake="true")
+    assert ended(service, taken) == "succeeded"
+    assert (taken.json()["take"], taken.json()["captured_at"]) == (2, hour(1))
+
+
 def test_a_stage_in_work_is_not_taken_again(idle: Service) -> None:
     surgery, calibration = idle.surgery(), idle.calibration()
     job = idle.submit(surgery, "PRE", pair("PRE"), calibration)
@@ -150,6 +172,7 @@ def test_images_are_measured_again_with_other_parameters(service: Service, taken
     assert after["parameters"]["search"]["identification"]["tolerance_mm"] == 4.5
     assert after["parameters"]["detection"]["max_features"] == 200
     assert before["parameters"]["detection"]["max_features"] != 200
+    assert {flag["code"] for flag in after["flags"]} >= {"parameters-changed"}
     again = revise(service, taken, kind="measure", take=2, templates=before["templates"])
     assert ended(service, again) == "succeeded"
     assert triads(service, taken)["triads"] == before["triads"]
@@ -158,9 +181,7 @@ def test_images_are_measured_again_with_other_parameters(service: Service, taken
 
 def test_a_value_that_cannot_be_used_fails_the_revision_alone(service: Service, taken: str) -> None:
     before = triads(service, taken)
-    answer = revise(
-        service, taken, kind="measure", take=1, parameters={"detection": {"max_features": "many"}}
-    )
+    answer = revise(service, taken, kind="measure", take=1, parameters={"detection": {"sigma_px": [0.1]}})
     job = service.finished(answer.headers["location"].removeprefix("/v1/jobs/"))
     assert job["error"]["type"] == "urn:spinewatch:problem:invalid-parameter"
     answer = revise(service, taken, kind="measure", take=1, templates="1066")
@@ -180,6 +201,15 @@ def test_a_value_that_cannot_be_used_fails_the_revision_alone(service: Service, 
         ({"kind": "edit", "take": 1, "labels": [{"triad": 0, "label": "T9"}]}, "invalid-label"),
         ({"kind": "measure", "take": 1, "parameters": {"detektion": {}}}, "invalid-parameter"),
         ({"kind": "measure", "take": 1, "parameters": {"detection": 3}}, "invalid-parameter"),
+        ({"kind": "measure", "take": 1, "parameters": {"ball_diameter_mm": -1}}, "invalid-parameter"),
+        (
+            {"kind": "measure", "take": 1, "parameters": {"detection": {"max_features": "many"}}},
+            "invalid-parameter",
+        ),
+        (
+            {"kind": "measure", "take": 1, "parameters": {"detection": {"quality": {"n_strips": 0}}}},
+            "invalid-parameter",
+        ),
         ({"kind": "draw", "take": 1}, "invalid-request"),
     ],
 )

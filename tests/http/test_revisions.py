@@ -194,9 +194,12 @@ def test_candidates_tell_what_was_chosen_and_what_rejected_the_others(case: Case
 
 
 def test_candidates_of_a_pair_that_is_not_there_are_not_found(service: Service, measured: str) -> None:
-    for part in ("candidates", "features"):
-        answer = service.client.get(f"/v1/surgeries/{measured}/stages/PRE/{part}", params={"pair": "2"})
-        assert code_of(answer, 404) == "pair-not-found"
+    for part in ("candidates", "features", "images/left"):
+        path = f"/v1/surgeries/{measured}/stages/PRE/{part}"
+        assert service.client.get(path, params={"pair": "2"}).status_code == 404
+        for number in ("0", "9" * 30):
+            answer = service.client.get(path, params={"pair": number})
+            assert code_of(answer, 422) == "invalid-request"
 
 
 def test_a_burst_is_edited_by_label_by_triad_and_by_centre(service: Service, calibration: str) -> None:

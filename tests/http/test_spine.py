@@ -327,6 +327,28 @@ RADIOGRAPHS = {
             ["initial", "poses", 1, "rotation"],
         ),
         (
+            changed(["initial", "poses", 1, "angles_deg"], [0.0, 0.0, 1e300]),
+            "angles-out-of-range",
+            ["initial", "poses", 1, "angles_deg"],
+        ),
+        (
+            changed(["initial", "poses", 1, "angles_deg"], [90.0, 0.0, 0.0]),
+            "angles-out-of-range",
+            ["initial", "poses", 1, "angles_deg"],
+        ),
+        (
+            changed(["initial", "poses", 1, "position_mm"], [0.0, -1e300, 0.0]),
+            "position-out-of-range",
+            ["initial", "poses", 1, "position_mm"],
+        ),
+        (
+            changed(
+                ["target"], [{"vertebra": "T9", "angles_deg": [0.0] * 3, "position_mm": [1e300, 0.0, 0.0]}]
+            ),
+            "invalid-target",
+            ["target", 0],
+        ),
+        (
             changed(["target"], [{"vertebra": "T2", "angles_deg": [0.0] * 3}]),
             "target-of-other-levels",
             ["target", 0, "vertebra"],

@@ -41,6 +41,16 @@ def test_a_file_is_sent_unless_the_client_has_it(database: Database) -> None:
         assert file_response(session, row, '"other"').status_code == 200
 
 
+def test_the_tag_of_a_file_is_compared_as_a_whole(database: Database) -> None:
+    with database.write() as session:
+        row = stored(session)
+        session.flush()
+        for header in ("*", f'"other", "{row.sha256}"'):
+            assert file_response(session, row, header).status_code == 304
+        for header in ("", row.sha256, f'"{row.sha256}xxxx"', f"{row.sha256}xxxx"):
+            assert file_response(session, row, header).status_code == 200
+
+
 def test_a_pair_is_described_without_its_content(database: Database) -> None:
     with database.write() as session:
         row = stored(session)

@@ -73,3 +73,59 @@ def test_a_time_without_a_zone_is_refused() -> None:
     for text in ("2026-11-21T12:00:00", "noon"):
         with pytest.raises(InvalidInputError):
             Paging(2, "-created_at", packed([made_for, text, row]))
+
+
+def crafted(sort: str, last: Position, text: str, row: str = "row") -> str:
+    made_for, *_ = json.loads(base64.urlsafe_b64decode(next_cursor(sort, Page([], 3, last)) + "=="))
+    return packed([made_for, text, row])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "0001-01-01T00:00:00+14:00",
+        "9999-12-31T23:59:59-14:00",
+        "2026-11-21T12:00:00+01:00",
+        "2026-11-21T12:00:00Z",
+        "2026-W01-1T00:00:00+00:00",
+        "20261121T120000+0000",
+        "\ud800",
+    ],
+)
+def test_a_time_that_no_cursor_of_the_list_has_is_refused(text: str) -> None:
+    Paging(2, "created_at", crafted("created_at", Position(NOON, "row"), NOON.isoformat()))
+    with pytest.raises(InvalidInputError) as refused:
+        Paging(2, "created_at", crafted("created_at", Position(NOON, "row"), text))
+    assert refused.value.code == CursorError.code
+
+
+@pytest.mark.parametrize("text", ["\ud800", "a\0"])
+def test_text_that_no_column_has_is_refused(text: str) -> None:
+    last = Position("cart 1", "row")
+    Paging(2, "reference", crafted("reference", last, "cart 2", "row 2"))
+    for value, row in ((text, "row"), ("cart 1", text)):
+        with pytest.raises(InvalidInputError) as refused:
+            Paging(2, "reference", crafted("reference", last, value, row))
+        assert refused.value.code == CursorError.code
+
+
+def test_a_cursor_that_is_written_otherwise_is_refused() -> None:
+    made_for, text, row = json.loads(base64.urlsafe_b64decode(next_cursor() + "=="))
+    spaced = base64.urlsafe_b64encode(json.dumps([made_for, text, row], indent=1).encode()).decode()
+    with pytest.raises(InvalidInputError):
+        Paging(2, "-created_at", spaced)
+
+
+def by_number(number: int) -> Position:
+    return Position(str(number), "row")
+
+
+def test_a_list_in_memory_goes_on_after_one_of_its_items_only() -> None:
+    first = Paging(2, "-take", None).page_of([3, 2, 1], by_number)
+    following = next_cursor("-take", Page([], 3, first.next))
+    assert Paging(2, "-take", following).page_of([3, 2, 1], by_number).items == [1]
+    for text in ("abc", "1.5", "", "-1", "4", "02"):
+        paging = Paging(2, "-take", crafted("-take", by_number(2), text))
+        with pytest.raises(InvalidInputError) as refused:
+            paging.page_of([3, 2, 1], by_number)
+        assert (refused.value.code, refused.value.loc) == (CursorError.code, ["query", "cursor"])

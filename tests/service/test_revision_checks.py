@@ -53,7 +53,7 @@ def test_edits_that_do_not_fit_name_their_place() -> None:
     "parameters", [{}, {"ball_diameter_mm": 6.0}, {"detection": {"field": {"alpha": 0.7}, "scales": [1.1]}}]
 )
 def test_parameters_of_the_result_are_taken(parameters: dict[str, Any]) -> None:
-    check_parameters(Remeasurement(kind="measure", take=1, parameters=parameters), KNOWN)
+    check_parameters(Remeasurement(kind="measure", take=1, parameters=parameters), KNOWN, KNOWN)
 
 
 @pytest.mark.parametrize(
@@ -67,7 +67,18 @@ def test_parameters_of_the_result_are_taken(parameters: dict[str, Any]) -> None:
 )
 def test_other_parameters_are_refused(parameters: dict[str, Any]) -> None:
     with pytest.raises(InvalidInputError) as error:
-        check_parameters(Remeasurement(kind="measure", take=1, parameters=parameters), KNOWN)
+        check_parameters(Remeasurement(kind="measure", take=1, parameters=parameters), KNOWN, KNOWN)
+    assert (error.value.code, error.value.loc) == ("invalid-parameter", ["body", "parameters"])
+
+
+def test_the_range_of_a_parameter_is_that_of_the_workers_own() -> None:
+    changed = {"ball_diameter_mm": 8000.0, "new": 1.0}
+    wanted = Remeasurement(kind="measure", take=2, parameters={"ball_diameter_mm": 0.01, "new": 5.0})
+    check_parameters(wanted, changed, {"ball_diameter_mm": 8.0})
+    with pytest.raises(
+        InvalidInputError, match=r"ball_diameter_mm must be a number from 8 to 8e\+06"
+    ) as error:
+        check_parameters(wanted, changed, changed)
     assert (error.value.code, error.value.loc) == ("invalid-parameter", ["body", "parameters"])
 
 

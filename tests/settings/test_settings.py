@@ -60,6 +60,40 @@ def test_the_queue_is_beside_the_database(database: str, queue: str) -> None:
     assert Settings(database_url=database, queue_url="redis://host").queue == "redis://host"
 
 
+@pytest.mark.parametrize("made", [True, False])
+@pytest.mark.parametrize(
+    "queue",
+    ["{folder}/x.sqlite", "{folder}/y/../x.sqlite", "x.sqlite", "link", "link/x.sqlite", "x.sqlite-wal"],
+)
+def test_the_queue_is_not_the_database(
+    queue: str, made: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "y").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path if queue.startswith("link/") else tmp_path / "x.sqlite")
+    if made:
+        (tmp_path / "x.sqlite").touch()
+    url = f"sqlite:///{queue.format(folder=tmp_path)}"
+    for database in (f"sqlite:///{tmp_path / 'x.sqlite'}", "sqlite:///x.sqlite"):
+        with pytest.raises(ValidationError, match="give the queue a file of its own"):
+            Settings(database_url=database, queue_url=url)
+
+
+@pytest.mark.parametrize(
+    ("database", "queue"),
+    [
+        ("sqlite:///x.sqlite", "sqlite:///x.sqlite.queue"),
+        ("sqlite:///x.sqlite", "redis://host/x.sqlite"),
+        ("sqlite:///x.sqlite", "nonsense"),
+        ("nonsense", "sqlite:///x.sqlite"),
+        ("postgresql://host/x", "postgresql://host/x"),
+        ("postgresql://host/x", "sqlite:///x"),
+    ],
+)
+def test_another_queue_is_taken(database: str, queue: str) -> None:
+    assert Settings(database_url=database, queue_url=queue).queue == queue
+
+
 def test_settings_do_not_change_and_are_checked() -> None:
     with pytest.raises(ValidationError):
         Settings(port=0)
@@ -116,3 +150,30 @@ def test_a_pattern_that_is_none_is_refused() -> None:
 def test_a_site_sets_its_own_pattern() -> None:
     assert Settings(reference_pattern="K[0-9]{4}").case_number.fullmatch("K0417")
     assert not Settings(reference_pattern="K[0-9]{4}").case_number.fullmatch("2026-0417")
+
+
+NUMBERS = [name for name, field in Settings.model_fields.items() if field.annotation in {int, float}]
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+@pytest.mark.parametrize("value", ["nan", "inf", "-inf", "1e30", "1" + "0" * 20, "-1"])
+def test_every_number_has_limits(name: str, value: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(f"SPINEWATCH_{name.upper()}", value)
+    with pytest.raises(ValidationError, match=name):
+        Settings()
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("database_url", "sqlite://"),
+        ("queue_url", "sqlite:///:memory:"),
+        ("allowed_hosts", "http://foo"),
+        ("allowed_origins", "dashboard.example"),
+        ("trusted_proxies", "*"),
+        ("reference_pattern", "(a+)+$"),
+    ],
+)
+def test_a_text_that_can_never_work_is_refused(name: str, value: str) -> None:
+    with pytest.raises(ValidationError, match=name):
+        Settings.model_validate({name: value})

@@ -4,9 +4,11 @@ from hypothesis import strategies as st
 
 from spinewatch.errors import ParameterError
 from spinewatch.levels import (
+    ExtraLevelError,
     LevelError,
     anatomical_sequence,
     canonical_name,
+    extra_level_names,
     level_numbers,
     vertebra_names,
 )
@@ -77,3 +79,12 @@ def test_a_declared_level_may_be_named() -> None:
 
 def test_what_is_no_name_keeps_its_spelling() -> None:
     assert [canonical_name(name) for name in ("t09", " c1", "Rib", "C00")] == ["T9", "C1", "Rib", "C00"]
+
+
+def test_extra_levels_are_declared_once_and_continue_their_region() -> None:
+    assert extra_level_names(["t13", "L06"]) == ("T13", "L6")
+    with pytest.raises(ExtraLevelError, match="L6 is named twice") as refusal:
+        extra_level_names(["L6", "T13", "L06"])
+    assert refusal.value.index == 2
+    with pytest.raises(ExtraLevelError, match="does not continue"):
+        extra_level_names(["L7"])

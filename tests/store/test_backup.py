@@ -12,6 +12,7 @@ from sqlalchemy import select, text
 from migrations.history import upgrade
 from store.backup import back_up, restore
 from store.database import Database, sqlite_path
+from store.digests import TABLE
 from store.errors import BackupError
 from store.revision import require_revision
 from store.tables.surgeries import Surgery
@@ -153,6 +154,55 @@ def test_a_restored_database_works(database: Database, tmp_path: Path) -> None:
     require_revision(restored)
     new_stage(restored, new_surgery(restored))
     restored.close()
+
+
+def tables_of(file: Path) -> set[str]:
+    with closing(sqlite3.connect(file)) as connection:
+        return {name for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
+
+
+def test_only_a_backup_has_digests(database: Database, tmp_path: Path) -> None:
+    new_stage(database, new_surgery(database))
+    copy, again = tmp_path / "copy.sqlite", tmp_path / "again.sqlite"
+    back_up(database.url, copy)
+    database.close()
+    before = tables_of(file_of(database))
+    assert tables_of(copy) == {*before, TABLE}
+    content = copy.read_bytes()
+    restore(database.url, copy, NOON, replace=True)
+    assert copy.read_bytes() == content
+    assert tables_of(file_of(database)) == before
+    assert verify(file_of(database)).problems == ()
+    back_up(database.url, again)
+    assert verify(again).has_digests
+
+
+def test_a_backup_of_an_earlier_version_is_restored(database: Database, tmp_path: Path) -> None:
+    surgery = new_surgery(database)
+    database.close()
+    copy = tmp_path / "copy.sqlite"
+    with closing(sqlite3.connect(file_of(database))) as connection:
+        connection.execute("VACUUM INTO ?", (str(copy),))
+    restore(database.url, copy, NOON, replace=True)
+    assert file_of(database).read_bytes() == copy.read_bytes()
+    assert surgery_ids(database.url) == {surgery}
+
+
+def test_what_is_no_database_is_not_restored(database: Database, tmp_path: Path) -> None:
+    surgery = new_surgery(database)
+    database.close()
+    (tmp_path / "letter").write_bytes(b"a letter to somebody" * 500)
+    with pytest.raises(BackupError, match="choose another backup"):
+        restore(database.url, tmp_path / "letter", NOON, replace=True)
+    assert surgery_ids(database.url) == {surgery}
+    assert {path.name for path in tmp_path.iterdir()} == {"letter", "database.sqlite"}
+
+
+def test_a_name_that_is_not_utf_8_is_named(database: Database, tmp_path: Path) -> None:
+    with pytest.raises(BackupError, match="not UTF-8; choose another name") as refused:
+        back_up(database.url, tmp_path / os.fsdecode(b"\xff.sqlite"))
+    assert str(refused.value).isascii()
+    assert not any(b"\xff" in name for name in os.listdir(os.fsencode(tmp_path)))
 
 
 def test_a_database_in_use_is_not_replaced(database: Database, tmp_path: Path) -> None:

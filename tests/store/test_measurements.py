@@ -6,14 +6,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sqlalchemy import event, inspect
 
+from contract.revision import Remeasurement
 from contract.triad import Triad
-from store import measurements, stages
+from store import measurements, stage_submission, stages
 from store.database import Database
 from store.errors import NotFoundError, StageNotMeasuredError
 from store.page import PageRequest
 from tests.store.builders import (
+    CLIENT,
     RIG_CHECK,
+    at,
     claimed,
+    measured_take,
     new_stage,
     new_surgery,
     stage_result,
@@ -107,3 +111,25 @@ def test_a_burst_comes_out_as_it_went_in(database: Database) -> None:
         _, measured = measurements.get(session, surgery, "PRE")
         assert measurements.burst(session, stage.id) == result.burst
     assert "burst" not in measured.result
+
+
+def test_own_parameters_are_those_of_the_latest_take_that_is_no_revision(database: Database) -> None:
+    surgery = new_surgery(database)
+
+    def own(take: int) -> dict[str, object]:
+        with database.read() as session:
+            return measurements.own_parameters(session, stages.get(session, surgery, "PRE", take))
+
+    def revise(take: int) -> None:
+        changes = Remeasurement(kind="measure", take=take)
+        with database.write() as session:
+            revised = stage_submission.revise(session, surgery, "PRE", changes, at(5), CLIENT)
+        result = stage_result(parameters={"ball_diameter_mm": 1.0 + take})
+        succeed(database, claimed(database, revised.job.id), result=result)
+
+    measured_take(database, surgery, b"1", 0)
+    revise(1)
+    revise(2)
+    measured_take(database, surgery, b"2", 1, retake=True)
+    revise(4)
+    assert [own(take) for take in (1, 3, 5)] == [{"ball_diameter_mm": 8.0}] * 3

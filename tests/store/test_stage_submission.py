@@ -1,3 +1,6 @@
+from collections.abc import Sequence
+from datetime import datetime
+
 import pytest
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -123,6 +126,47 @@ def test_the_same_pair_is_known_by_its_images_and_its_calibration(database: Data
     assert same(b"left", b"other") is same(b"right", b"left") is same(b"left", b"right", other) is None
     end(database, stage.job.id, JobState.CANCELLED)
     assert same(b"left", b"right") is None
+
+
+def test_the_same_pair_at_another_time_is_another_one(database: Database) -> None:
+    surgery = new_surgery(database)
+
+    def sent(
+        captured: datetime | None = None,
+        left: datetime | None = None,
+        right: datetime | None = None,
+        further: Sequence[NewPair] = (),
+    ) -> NewStage:
+        return NewStage("PRE", image(b"l"), image(b"r"), captured, left, right, further)
+
+    def burst(*times: datetime | None) -> Sequence[NewPair]:
+        return [NewPair(image(b"l2"), image(b"r2"), *times)]
+
+    with database.write() as session:
+        calibration = calibrations.add(session, RIG, NOON, CLIENT)
+        row = surgeries.get(session, surgery)
+        stored = sent(at(0), at(1), further=burst(at(3), at(4)))
+        stage = stage_submission.submit(session, row, calibration, stored, NOON, CLIENT)
+
+    def is_known(new: NewStage) -> bool:
+        with database.read() as session:
+            row = surgeries.get(session, surgery)
+            found = stage_submission.find_same(
+                session, row, calibrations.get(session, stage.calibration_id), new
+            )
+            return found is not None
+
+    assert is_known(stored)
+    assert is_known(sent(further=burst()))
+    for other in (
+        sent(at(9), further=burst()),
+        sent(left=at(9), further=burst()),
+        sent(right=at(9), further=burst()),
+        sent(further=burst(at(9))),
+        sent(further=burst(None, at(9))),
+        sent(),
+    ):
+        assert not is_known(other)
 
 
 def test_a_revision_has_the_images_and_the_time_of_its_take(database: Database) -> None:

@@ -8,6 +8,8 @@ from spinewatch.parameters import Parameters
 from tests.store.builders import stage_result
 from workers.stage_revision import (
     UnknownTemplatesError,
+    changed_parameters,
+    changes_text,
     chosen_templates,
     parameters_of,
     revised_parameters,
@@ -62,3 +64,12 @@ def test_changes_are_added_to_what_was_sent() -> None:
     assert both["ball_diameter_mm"] == 6.0
     assert with_changes(sent, {"search": {"matching": {"epipolar": {"range_mm": [1.0, 2.0]}}}}) != sent
     assert sent["search"]["matching"] == {"epipolar": {"range_mm": [630.0, 760.0]}}
+
+
+def test_changed_parameters_are_named_with_their_values() -> None:
+    usual = {"a": 1.0, "b": {"c": [1, 2], "d": True, "e": None}}
+    used = {"a": 1, "b": {"c": [1, 3], "d": False, "e": None}}
+    changed = changed_parameters(used, usual)
+    assert changed == {"b.c": ([1, 3], [1, 2]), "b.d": (False, True)}
+    assert changes_text(changed) == "b.c, b.d (false instead of true)"
+    assert changed_parameters(usual, usual) == {}

@@ -13,6 +13,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal, cast
 
+from pydantic_core import to_jsonable_python
 from sqlalchemy.orm import Session
 
 import spinewatch.flags
@@ -29,6 +30,7 @@ from spinewatch.detection.candidates.templates import (
     default_template_set,
     read_template_set,
 )
+from spinewatch.errors import ParameterError, SpinewatchError
 from spinewatch.imaging.comparison import ComparisonParameters, textured_strip
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import Frame, Side
@@ -47,17 +49,27 @@ from store.measurements import MeasuredStage
 from store.packed_stage import PackedStage
 from store.stage_work import PairWork, StageWork
 from store.tables.jobs import STAGE_JOB
+from workers.attempt import LeaseLostError
 from workers.pair_results import pair_results
 from workers.record_checks import burst_repetition_flags, repetition_flags, require_files, time_flags
-from workers.registry import Handler
+from workers.registry import FilesWantedError, Handler, NotReadyError
 from workers.stage_burst import burst_result, view_delay_s
 from workers.stage_centres import EditedTake
 from workers.stage_decisions import decide, decided
 from workers.stage_edits import edited
 from workers.stage_labels import label_pairs
-from workers.stage_revision import chosen_templates, parameters_of, revised_parameters, with_changes
+from workers.stage_revision import (
+    changed_parameters,
+    changes_text,
+    chosen_templates,
+    parameters_of,
+    revised_parameters,
+    with_changes,
+)
 from workers.strips import packed
 
+_Changed = Mapping[str, tuple[Any, Any]]
+"""Values of parameters and the usual ones, by name."""
 _VERSION = version("spinewatch")
 _DAY = timedelta(days=1)
 _MAX_RIGS = 8
@@ -90,6 +102,7 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
         clock_tolerance: timedelta,
         parameters: Parameters | None = None,
     ) -> None:
+        self._parameters = own = parameters or Parameters()
         self._max_age_days = max_calibration_age / _DAY
         self._clock_tolerance = clock_tolerance
         self._comparison = ComparisonParameters()
@@ -99,9 +112,9 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
         @lru_cache(maxsize=_MAX_RIGS)
         def measurer(rig_json: str, changes_json: str = "{}", version: str | None = None) -> StageMeasurer:
             changes = json.loads(changes_json)
-            used = revised_parameters(parameters or Parameters(), changes) if changes else parameters
+            used = revised_parameters(own, changes) if changes else own
             rig = parse_rig(rig_json)
-            if (used or Parameters()).search.matching.epipolar.range_mm is None:
+            if used.search.matching.epipolar.range_mm is None:
                 check_measurable_rig(rig)
             return StageMeasurer(rig, used, chosen_templates(version, templates), pool)
 
@@ -180,6 +193,23 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
         )
 
     def _measured(self, work: StageWork, progress: Progress, take: EditedTake | None) -> MeasuredStage:
+        """Return what is measured in the images; an unexpected error under changed parameters is theirs."""
+        changed = self._changed(work)
+        try:
+            return self._measured_with(work, progress, take, changed)
+        except (SpinewatchError, NotReadyError, FilesWantedError, LeaseLostError, MemoryError):
+            raise
+        except Exception as error:
+            if not changed:
+                raise
+            raise ParameterError(
+                f"the images cannot be measured with {changes_text(changed)}: {type(error).__name__}; give values"
+                " nearer the usual ones"
+            ) from error
+
+    def _measured_with(
+        self, work: StageWork, progress: Progress, take: EditedTake | None, changed: _Changed
+    ) -> MeasuredStage:
         """Return what is measured in the images; from the features of a take with a person's edits, if there is one."""
         axis = cast(Literal["x", "y", "auto"], work.spine_axis)
         models = work.measuring.models or (FLAT_10_14_18,)
@@ -222,6 +252,7 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
             *repetitions,
             *burst_repetition_flags(digests),
             *self._delay_flags(work, measurer.rig),
+            *_change_flags(changed),
         ]
         flags = [*result.flags, *self._age_flags(work.calibration_age / _DAY), *Flag.of(record)]
         result = result.model_copy(update={"flags": flags})
@@ -276,15 +307,24 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
 
     def _measurer_for(self, work: StageWork) -> StageMeasurer:
         rig_json, sent = json.dumps(work.rig), work.measuring
+        templates = sent.templates
+        if work.revision is not None:
+            changes = work.revision.changes
+            if isinstance(changes, Remeasurement):
+                templates = changes.templates or sent.templates
+            else:
+                templates = work.revision.revised.result.templates
+        return self._measurer(rig_json, json.dumps(_wanted(work), sort_keys=True), templates)
+
+    def _changed(self, work: StageWork) -> _Changed:
+        """Return the parameters of a revision that are neither the worker's own nor sent with the images."""
         if work.revision is None:
-            return self._measurer(rig_json, json.dumps(sent.parameters), sent.templates)
-        changes, revised = work.revision.changes, work.revision.revised.result
-        if isinstance(changes, Remeasurement):
-            wanted = with_changes(sent.parameters, changes.parameters)
-            templates = changes.templates or sent.templates
-        else:
-            wanted, templates = parameters_of(revised), revised.templates
-        return self._measurer(rig_json, json.dumps(wanted, sort_keys=True), templates)
+            return {}
+        used, usual = (
+            to_jsonable_python(revised_parameters(self._parameters, changes))
+            for changes in (_wanted(work), work.measuring.parameters)
+        )
+        return changed_parameters(used, usual)
 
     def _frames(self, pair: PairWork) -> tuple[Frame, Frame]:
         """Return both images of a pair."""
@@ -316,6 +356,25 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
             " allowed; calibrate before the operation"
         )
         return Flag.of([spinewatch.flags.Flag("calibration-old", detail)])
+
+
+def _wanted(work: StageWork) -> Mapping[str, Any]:
+    """Return the parameters that differ from the worker's own."""
+    sent = work.measuring.parameters
+    if work.revision is None:
+        return sent
+    if isinstance(work.revision.changes, Remeasurement):
+        return with_changes(sent, work.revision.changes.parameters)
+    return parameters_of(work.revision.revised.result)
+
+
+def _change_flags(changed: _Changed) -> list[spinewatch.flags.Flag]:
+    if not changed:
+        return []
+    detail = (
+        f"measured with other parameters than usual: {changes_text(changed)}; look at the take before too"
+    )
+    return [spinewatch.flags.Flag("parameters-changed", detail)]
 
 
 def _digests(frames: tuple[Frame, Frame]) -> dict[Side, str]:

@@ -35,3 +35,21 @@ def test_an_image_size_that_is_not_two_positive_numbers(text: str | None) -> Non
 def test_an_invalid_solve_option_is_named(free: str | None, fix: str | None, words: str) -> None:
     with pytest.raises(ParameterError, match=words):
         parse_solve_options(free, fix, False)
+
+
+@pytest.mark.parametrize("text", ["infxinf", "568xinf", "nanx3", "1e300x1e300", "0.5x0.5", "20001x1"])
+def test_an_image_size_that_no_camera_has(text: str) -> None:
+    with pytest.raises(ParameterError, match=r"--image-size .* from 1 to 20000"):
+        parse_sensor(text, None)
+
+
+@pytest.mark.parametrize("text", ["inf,0.01", "0.01,1e300", "1e-300,1"])
+def test_a_pixel_size_that_no_camera_has(text: str) -> None:
+    with pytest.raises(ParameterError, match="--pixel-size"):
+        parse_pixel_size(text)
+
+
+@pytest.mark.parametrize("number", ["nan", "inf", "-1e300"])
+def test_a_parameter_is_fixed_to_a_number_that_it_can_have(number: str) -> None:
+    with pytest.raises(ParameterError, match="NAME=NUMBER"):
+        parse_solve_options(None, f"x0={number}", False)

@@ -11,6 +11,7 @@ from commands.shared.files import (
     read_bytes,
     read_json,
     read_text,
+    require_ending,
     write_bytes,
     write_text,
 )
@@ -60,3 +61,14 @@ def test_a_file_that_cannot_be_written_is_named(tmp_path: Path) -> None:
 def test_a_name_that_is_not_utf_8_is_escaped() -> None:
     assert printable_name("Wirbelsäule") == "Wirbelsäule"
     assert printable_name(os.fsdecode(b"shot-\xff")) == "shot-\\xff"
+
+
+def test_an_ending_says_what_a_file_holds(tmp_path: Path) -> None:
+    for name in ("r.html", "R.HTM"):
+        require_ending(tmp_path / name, (".html", ".htm"), "a report")
+    require_ending(Path("/dev/null"), (".html",), "a report")
+    require_ending(tmp_path / "rig", (".json", ""), "a rig")
+    with pytest.raises(OutputError, match=r"r.docx cannot hold a report; give a name with .html or .htm"):
+        require_ending(tmp_path / "r.docx", (".html", ".htm"), "a report")
+    with pytest.raises(OutputError, match=r".json or no ending"):
+        require_ending(tmp_path / "rig.foo", (".json", ""), "a rig")

@@ -54,3 +54,9 @@ def test_extra_levels_may_be_named() -> None:
 def test_an_extra_level_that_no_spine_has_is_named(levels: str, words: str) -> None:
     with pytest.raises(ParameterError, match=words):
         parse_extra_levels(levels)
+
+
+def test_an_extra_level_is_named_once() -> None:
+    assert parse_extra_levels("t13, L6") == ("T13", "L6")
+    with pytest.raises(ParameterError, match="T13 is named twice"):
+        parse_extra_levels("T13,t13")

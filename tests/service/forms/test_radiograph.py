@@ -65,6 +65,22 @@ def test_a_file_that_cannot_be_read_names_its_part(form: Form, content: bytes, c
     assert (error.value.code, error.value.loc) == (code, ["body", "image"])
 
 
+@pytest.mark.parametrize(
+    "elements",
+    [
+        {"PatientOrientation": ["L", "F"]},
+        {"PatientOrientation": ["R", "H"]},
+        {"ViewPosition": "LL"},
+    ],
+    ids=["side", "head", "view"],
+)
+def test_a_file_that_contradicts_the_form_names_its_part(form: Form, elements: dict[str, Any]) -> None:
+    read_new_radiograph(form(dicom(GRAY, PatientOrientation=["R", "F"], ViewPosition="PA")))
+    with pytest.raises(InvalidInputError, match="the file says") as error:
+        read_new_radiograph(form(dicom(GRAY, **elements)))
+    assert (error.value.code, error.value.loc) == ("radiograph-view-contradicted", ["body", "image"])
+
+
 def test_the_side_is_that_of_the_view(form: Form) -> None:
     lateral = {"view": "lateral", "left_on": None, "pixel_spacing_mm": "0.1,0.1"}
     new = read_new_radiograph(form(png(), **{**lateral, "anterior_on": "right"}))
@@ -90,7 +106,8 @@ def test_a_missing_or_superfluous_side_is_refused(form: Form, fields: dict[str, 
 
 
 @pytest.mark.parametrize(
-    "text", ["0.1", "0.1,0.1,0.1", "0,0.1", "-0.1,0.1", "a,b", "100,100", "1e-1,0.1", "nan,0.1", ""]
+    "text",
+    ["0.1", "0.1,0.1,0.1", "0,0.1", "-0.1,0.1", "a,b", "100,100", "1e-1,0.1", "nan,0.1", "0.1,0.3", ""],
 )
 def test_a_spacing_that_is_none_is_refused(form: Form, text: str) -> None:
     with pytest.raises(ValidationError):

@@ -18,6 +18,7 @@ from spinewatch.imaging.dicom import (
     is_dicom,
     read_dicom,
 )
+from spinewatch.imaging.stated_view import StatedView
 from tests.spinewatch.imaging.dicom_files import dicom
 
 RAMP = np.arange(12, dtype=np.uint8).reshape(3, 4) * 10
@@ -94,6 +95,32 @@ def test_an_impossible_spacing_counts_as_none(spacing: list[str]) -> None:
     assert read_dicom(dicom(RAMP, PixelSpacing=spacing)).pixel_spacing_mm is None
 
 
+def test_spacings_that_differ_too_much_are_refused() -> None:
+    assert read_dicom(dicom(RAMP, PixelSpacing=["0.1", "0.2"], ImagerPixelSpacing=["0.1", "0.2"]))
+    with pytest.raises(DicomError, match="factor of 2"):
+        read_dicom(dicom(RAMP, PixelSpacing=["0.1", "0.21"]))
+    with pytest.raises(DicomError, match="factor of 2"):
+        read_dicom(dicom(RAMP, ImagerPixelSpacing=["0.1", "0.21"]))
+
+
+@pytest.mark.parametrize("modality", ["CR", "DX", "RF", "XA", "MG", "OT", "", None])
+def test_projections_and_files_without_a_modality_are_read(modality: str | None) -> None:
+    assert read_dicom(dicom(RAMP, Modality=modality)).pixels.shape == RAMP.shape
+
+
+@pytest.mark.parametrize("modality", ["CT", "MR", "US", "XXLONG_VALUE"])
+def test_other_modalities_are_refused(modality: str) -> None:
+    with pytest.raises(DicomError, match=f"is {modality.replace('_', '')}, not that of a radiograph"):
+        read_dicom(dicom(RAMP, Modality=modality))
+
+
+@pytest.mark.parametrize("implicit", [False, True])
+def test_view_and_sides_are_those_of_the_file(implicit: bool) -> None:
+    found = read_dicom(dicom(RAMP, implicit=implicit, ViewPosition="PA", PatientOrientation=["LA", "F"]))
+    assert found.stated_view == StatedView("PA", "LA", "F")
+    assert read_dicom(dicom(RAMP)).stated_view == StatedView()
+
+
 def test_sequences_and_private_elements_before_the_pixels_are_passed_over() -> None:
     inner = Dataset()
     inner.PatientName = "Hidden^Name"
@@ -152,6 +179,8 @@ def test_images_of_other_kinds_are_refused_with_the_reason(elements: dict[str, A
 
 
 def test_text_in_the_pixels_is_refused() -> None:
+    with pytest.raises(DicomAnnotatedError, match="name the patient"):
+        read_dicom(dicom(RAMP, BurnedInAnnotation="YES").replace(b"YES ", b"yes "))
     with pytest.raises(DicomAnnotatedError, match="name the patient"):
         read_dicom(dicom(RAMP, BurnedInAnnotation="YES"))
     assert read_dicom(dicom(RAMP, BurnedInAnnotation="NO")).pixels.size

@@ -9,7 +9,8 @@ from PIL import Image, PngImagePlugin
 from spinewatch.errors import ImageError
 from spinewatch.imaging.dicom import MAX_RADIOGRAPH_PIXELS
 from spinewatch.imaging.pixel_spacing import SpacingSource
-from spinewatch.imaging.radiograph_image import read_radiograph
+from spinewatch.imaging.radiograph_image import BlankRadiographError, read_radiograph
+from spinewatch.imaging.stated_view import StatedView
 from tests.spinewatch.imaging.dicom_files import PATIENT, dicom
 
 GRAY = (np.add.outer(np.arange(40), np.arange(30)) * 3).astype(np.uint8)
@@ -115,6 +116,30 @@ def test_an_orientation_tag_is_refused(kind: str, orientation: int) -> None:
     content = saved(Image.fromarray(GRAY), kind, exif=exif(orientation))
     with pytest.raises(ImageError, match="orientation tag"):
         read_radiograph(content)
+
+
+@pytest.mark.parametrize("kind", ["PNG", "JPEG", "TIFF"])
+def test_a_blank_image_is_refused(kind: str) -> None:
+    with pytest.raises(BlankRadiographError, match="blank"):
+        read_radiograph(saved(Image.new("L", (30, 20), 9), kind))
+
+
+def test_a_blank_dicom_file_is_refused() -> None:
+    with pytest.raises(BlankRadiographError, match="blank"):
+        read_radiograph(dicom(np.full((4, 5), 700, np.uint16)))
+
+
+def test_a_png_without_its_end_is_refused() -> None:
+    whole = saved(Image.fromarray(GRAY), "PNG")
+    for missing in (1, 12, 21):
+        with pytest.raises(ImageError, match="incomplete"):
+            read_radiograph(whole[:-missing])
+
+
+def test_what_a_dicom_file_says_of_its_view_is_kept() -> None:
+    found = read_radiograph(dicom(GRAY, ViewPosition="LL", PatientOrientation=["A", "F"]))
+    assert found.stated_view == StatedView("LL", "A", "F")
+    assert read_radiograph(saved(Image.fromarray(GRAY), "PNG")).stated_view == StatedView()
 
 
 def test_too_many_pixels_are_refused_before_decoding() -> None:

@@ -30,6 +30,8 @@ def test_the_order_of_bytes_may_be_either() -> None:
         ({282: (5, 2000, value(8))}, "too many"),
         ({301: (3, 0xFFFFFFFF, value(8))}, "damaged"),
         ({257: (3, 1, value(0))}, "damaged"),
+        ({262: (3, 1, value(8))}, r"colour L\*a\*b\*, which is not supported"),
+        ({262: (3, 1, value(32844))}, "colour of kind 32844"),
         ({322: (4, 1, value(100_000)), 323: (4, 1, value(100_000))}, "too many"),
     ],
 )

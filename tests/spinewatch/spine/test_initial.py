@@ -7,12 +7,14 @@ from spinewatch.arrays import Float
 from spinewatch.levels import LevelError
 from spinewatch.spine.configuration import InitialKind, InitialSpine
 from spinewatch.spine.initial import (
+    InitialAnglesError,
     InitialLevelsError,
     InitialParameters,
     InitialPlacementError,
     InitialPoseError,
     initial_from_poses,
 )
+from spinewatch.spine.patient_axes import PatientAxesContradictedError
 from spinewatch.triads.pose import Pose
 from tests.spinewatch.spine.simulated import AXES, poses_of, turn
 
@@ -29,11 +31,12 @@ def initial(
     triads: dict[str, Pose] | None = None,
     position_sd: Float | float = 1.0,
 ) -> InitialSpine:
+    """Return the configuration of poses in patient axes, which are turned to the axes of the frame."""
     assert frame in {"object", "patient"}
     return initial_from_poses(
         levels,
-        position,
-        rotation,
+        position @ AXES.T if frame == "object" else position,
+        AXES @ rotation if frame == "object" else rotation,
         position_sd,
         2.0,
         frame="object" if frame == "object" else "patient",
@@ -52,8 +55,8 @@ def test_poses_in_object_space_are_kept_as_they_are() -> None:
     spine = initial()
     assert spine.kind is InitialKind.POSES
     assert spine.levels == LEVELS
-    assert np.array_equal(spine.position_mm, POSITION)
-    assert np.allclose(spine.rotation, ROTATION, atol=1e-12)
+    assert np.array_equal(spine.position_mm, POSITION @ AXES.T)
+    assert np.allclose(spine.rotation, AXES @ ROTATION, atol=1e-12)
 
 
 def test_errors_are_independent_with_the_deviations_given() -> None:
@@ -112,6 +115,64 @@ def test_poses_that_the_triads_do_not_place_are_refused() -> None:
         initial(frame="patient", triads=triads)
 
 
+def test_poses_in_object_space_that_the_triads_contradict_are_refused() -> None:
+    assert initial(triads=triads_behind(np.array([0.0, 60, 0]))).levels == LEVELS
+    with pytest.raises(InitialPlacementError, match=r"triads are 120 mm from where .* or give frame patient"):
+        initial(triads=triads_behind(np.array([0.0, 120, 0])))
+    triads = triads_behind(np.zeros(3))
+    triads["T11"] = poses_of(triads["T11"].position_mm + np.array([0.0, 0, 150]), np.eye(3))
+    with pytest.raises(InitialPlacementError, match="triad T11 is 100 mm from"):
+        initial(triads=triads)
+
+
+def test_poses_of_patient_axes_are_refused_as_those_of_object_space() -> None:
+    with pytest.raises((InitialAnglesError, PatientAxesContradictedError)):
+        initial_from_poses(
+            LEVELS,
+            POSITION,
+            ROTATION,
+            1.0,
+            2.0,
+            frame="object",
+            patient_axes=AXES,
+            triads=triads_behind(np.zeros(3)),
+        )
+
+
+@pytest.mark.parametrize("frame", ["object", "patient"])
+@pytest.mark.parametrize(
+    ("turns", "words"),
+    [
+        ([turn(0, 0, 180)] * 3, "T11 is turned about the spine by 1[78]\\d degrees"),
+        ([turn(95, 0, 0)] * 3, "is tilted by 105 degrees"),
+        ([turn(0, -95, 0)] * 3, "is tilted by 9[0-9] degrees"),
+        ([turn(50, 0, 0), turn(-50, 0, 0), turn(50, 0, 0)], "and T12 are turned by 1[01]\\d degrees against"),
+        ([turn(0, 0, 60), turn(0, 0, 0), turn(0, 0, -60)], "T11 and T12 are turned by 6\\d degrees against"),
+    ],
+    ids=["about the spine", "coronal", "sagittal", "alternating", "axial"],
+)
+def test_vertebrae_that_are_turned_like_no_spine_are_refused(
+    frame: str, turns: list[Float], words: str
+) -> None:
+    with pytest.raises(InitialAnglesError, match=words):
+        initial(rotation=np.stack(turns) @ ROTATION, frame=frame, triads=triads_behind(np.zeros(3)))
+
+
+def test_severe_deformities_are_accepted() -> None:
+    initial(rotation=np.stack([turn(60, 0, 30), turn(30, 0, 50), turn(0, 0, 70)]))
+    # Over a level without a pose, twice the rotation is possible.
+    initial(("T11", "L1"), POSITION[::2], np.stack([turn(0, 60, 0), turn(0, -25, 0)]))
+
+
+@pytest.mark.parametrize("frame", ["object", "patient"])
+def test_vertebrae_that_do_not_run_along_the_axis_are_refused(frame: str) -> None:
+    for position in (POSITION * [1, 1, -1], POSITION[:, [2, 1, 0]]):
+        with pytest.raises(
+            PatientAxesContradictedError, match="cephalad contradicts the initial configuration"
+        ):
+            initial(position=position, frame=frame, triads=triads_behind(np.zeros(3), ("T12",)))
+
+
 def test_levels_must_be_known_unique_and_in_order() -> None:
     for levels, words in (
         (("T11", "T11", "L1"), "T11 is named twice"),
@@ -150,19 +211,20 @@ def test_axes_that_are_no_rotation_are_refused(axes: Float, words: str) -> None:
 
 def test_axes_of_three_decimals_are_accepted() -> None:
     R = initial(rotation=ROTATION.round(3)).rotation
-    assert np.allclose(R, ROTATION, atol=1e-3)
+    assert np.allclose(R, AXES @ ROTATION, atol=1e-3)
     assert np.allclose(np.swapaxes(R, -1, -2) @ R, np.eye(3), atol=1e-12)
 
 
 def test_positions_must_be_finite_and_apart() -> None:
     for row, words in (
         ([0.0, np.inf, 0], "pose of T12 is not finite"),
+        ([0.0, 1e300, 0], "position of T12 is beyond 10 m"),
         ([0.0, 0, 3], "T12 and L1 are 3.0 mm apart"),
     ):
         position = POSITION.copy()
         position[1] = row
         with pytest.raises(InitialPoseError, match=words):
-            initial(position=position)
+            initial(position=position, frame="patient")
 
 
 def test_deviations_must_not_be_negative() -> None:

@@ -5,12 +5,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from spinewatch.arrays import Float
 from spinewatch.spine.patient_axes import (
+    PatientAxesContradictedError,
     PatientAxesError,
     PatientAxesParameters,
     axes_from_directions,
     axes_from_landmarks,
+    require_axes_of_triads,
+    require_chain_along,
 )
+from spinewatch.triads.pose import Pose
+from tests.spinewatch.spine.simulated import turn
 
 
 def test_prone_with_the_head_along_minus_x_by_hand() -> None:
@@ -78,3 +84,89 @@ def test_landmarks_that_coincide_or_lie_on_a_line_are_refused() -> None:
         axes_from_landmarks(low, high, np.array([0.0, 10, 350]))
     with pytest.raises(PatientAxesError):
         axes_from_landmarks(low, np.array([np.nan, 0, 0]), high)
+
+
+def triads_at(angle_deg: float, normal: Float) -> dict[str, Pose]:
+    """Return triads of L1, T10 and T12 on a line that leans by an angle, in patient axes, with a common normal."""
+    up = turn(0, angle_deg, 0)[:, 2]
+    R = np.column_stack([np.cross([0, 1, 0], normal), [0, 1, 0], normal])
+    return {
+        name: Pose(height * up, R, np.zeros((6, 6)))
+        for name, height in (("L1", 0.0), ("T10", 80), ("T12", 30))
+    }
+
+
+BACK = np.array([-1.0, 0, 0])
+
+
+@pytest.mark.parametrize("angle", [-50.0, 0.0, 50.0])
+def test_triads_that_run_along_cephalad_are_accepted(angle: float) -> None:
+    require_axes_of_triads(np.eye(3), triads_at(angle, BACK))
+
+
+@pytest.mark.parametrize("angle", [-60.0, 60.0, 90.0, 180.0])
+def test_triads_that_run_another_way_are_refused(angle: float) -> None:
+    with pytest.raises(
+        PatientAxesContradictedError, match=f"from L1 up to T10 they run {abs(angle):.0f} degrees from it"
+    ):
+        require_axes_of_triads(np.eye(3), triads_at(angle, BACK))
+
+
+def test_axes_and_triads_that_turn_together_are_judged_alike() -> None:
+    Q = turn(40, 100, -70)
+    there = {
+        name: Pose(Q @ pose.position_mm, Q @ pose.rotation, pose.covariance)
+        for name, pose in triads_at(20, BACK).items()
+    }
+    require_axes_of_triads(Q, there)
+    with pytest.raises(PatientAxesContradictedError, match="cephalad"):
+        require_axes_of_triads(np.eye(3), there)
+
+
+@pytest.mark.parametrize("names", [("L1", "T10", "T12"), ("L1",)])
+def test_left_and_right_exchanged_are_refused(names: tuple[str, ...]) -> None:
+    triads = {name: pose for name, pose in triads_at(10, BACK).items() if name in names}
+    with pytest.raises(PatientAxesContradictedError, match="left and right may be exchanged"):
+        require_axes_of_triads(np.diag([-1.0, -1.0, 1.0]), triads)
+
+
+def test_triads_that_face_sidewards_are_accepted() -> None:
+    triads = {
+        name: Pose(pose.position_mm, turn(90, 0, 0), pose.covariance)
+        for name, pose in triads_at(10, BACK).items()
+    }
+    require_axes_of_triads(np.eye(3), triads)
+
+
+def test_one_triad_or_none_shows_no_direction_of_the_spine() -> None:
+    require_axes_of_triads(np.eye(3), {})
+    require_chain_along(("L1",), np.zeros((1, 3)), "the triads")
+
+
+def test_limits_are_used() -> None:
+    for limits in (
+        PatientAxesParameters(max_chain_angle_deg=15, chain_tolerance_mm=0),
+        PatientAxesParameters(max_chain_angle_deg=0),
+    ):
+        with pytest.raises(PatientAxesContradictedError):
+            require_axes_of_triads(np.eye(3), triads_at(20, BACK), parameters=limits)
+    require_axes_of_triads(
+        np.diag([-1.0, -1.0, 1.0]),
+        triads_at(0, BACK),
+        parameters=PatientAxesParameters(min_front_angle_deg=0),
+    )
+
+
+def test_a_line_between_neighbours_may_lean_more() -> None:
+    chain = np.array([[22.0, 0, 12], [0, 0, 0]])
+    require_chain_along(("L4", "L5"), chain, "the triads")
+    for position in (3 * chain, chain * [1, 1, -1]):
+        with pytest.raises(PatientAxesContradictedError):
+            require_chain_along(("L4", "L5"), position, "the triads")
+
+
+def test_extra_levels_have_their_place() -> None:
+    position = np.array([[0.0, 0, 30], [0, 0, 0]])
+    require_chain_along(("T13", "L1"), position, "the triads", ["T13"])
+    with pytest.raises(PatientAxesContradictedError, match="from L1 up to T13"):
+        require_chain_along(("T13", "L1"), -position, "the triads", ["T13"])

@@ -95,6 +95,8 @@ def test_a_planned_position_moves_with_the_error_of_the_reference() -> None:
         ([planned("L1", np.nan, 0, 0)], "of L1 has a number that is not finite"),
         ([planned("L1", 0, 0, 0, position=[0, np.inf, 0])], "of L1 has a number that is not finite"),
         ([planned("L1", 0, 95.0, 0)], "of L1 has a tilt of 95 degrees"),
+        ([planned("L1", 0, 0, -1e300)], r"of L1 has an axial rotation of -1e\+300 degrees"),
+        ([planned("L1", 0, 0, 0, position=[0, 0, 1e300])], "of L1 is beyond 10 m"),
     ],
 )
 def test_a_plan_for_another_spine_is_refused(plan: list[PlannedVertebra], sentence: str) -> None:

@@ -3,12 +3,13 @@
 from dataclasses import asdict, fields, replace
 from datetime import timedelta
 from pathlib import Path
+from typing import Any
 
 import pytest
 from sqlalchemy import func, select, text
 
 from contract.job import JobState
-from contract.revision import Remeasurement
+from contract.revision import AddedCentre, NewRevision, Remeasurement, TriadEdits
 from settings import Settings
 from spinewatch.detection.candidates.templates import (
     TemplateError,
@@ -128,6 +129,57 @@ def test_a_revision_stores_no_strips(database: Database) -> None:
         rows = session.execute(select(FeatureList.stage_id, FeatureList.strip)).all()
     stored = {stage: [row.strip is not None for row in rows if row.stage_id == stage] for stage, _ in rows}
     assert stored == {first.id: [True, True], revised.id: [False, False]}
+
+
+def revised(database: Database, stage: Stage, changes: NewRevision) -> Job:
+    with database.write() as session:
+        take = stage_submission.revise(session, stage.surgery_id, "PRE", changes, utc_now(), CLIENT)
+    return work_on(database, take)
+
+
+def remeasured(database: Database, stage: Stage, take: int = 1, **parameters: Any) -> Job:
+    return revised(database, stage, Remeasurement(kind="measure", take=take, parameters=parameters))
+
+
+def changes_of(database: Database, stage: Stage) -> list[str]:
+    with database.read() as session:
+        _, measured = measurements.get(session, stage.surgery_id, "PRE")
+    return [flag["detail"] for flag in measured.result["flags"] if flag["code"] == "parameters-changed"]
+
+
+def test_a_result_of_changed_parameters_is_flagged_and_so_are_edits_of_it(database: Database) -> None:
+    first = submitted(database, sample_pair())
+    work_on(database, first)
+    assert changes_of(database, first) == []
+    job = remeasured(database, first, rig_check={"max_p_value": 1e-6}, detection={"scales": [1.0, 1.03]})
+    assert job.state is JobState.SUCCEEDED
+    (detail,) = changes_of(database, first)
+    assert ": detection.scales, rig_check.max_p_value (1e-06 instead of 0.001);" in detail
+    centre = AddedCentre(action="add", side="left", x=10.0, y=10.0)
+    assert revised(database, first, TriadEdits(kind="edit", take=2, centres=[centre])).state == "succeeded"
+    assert changes_of(database, first) == [detail]
+    assert remeasured(database, first, 3, rig_check={"max_p_value": 0.001}).state is JobState.SUCCEEDED
+    assert changes_of(database, first) == []
+
+
+@pytest.mark.parametrize(
+    "parameters",
+    [
+        {"detection": {"quality": {"n_strips": 0}}},
+        {"detection": {"field": {"smoothing": -1}}},
+        {"ball_diameter_mm": -1.0},
+    ],
+)
+def test_a_defect_under_changed_parameters_fails_at_once_and_names_them(
+    database: Database, parameters: dict[str, Any]
+) -> None:
+    first = submitted(database, sample_pair())
+    work_on(database, first)
+    job = remeasured(database, first, **parameters)
+    assert (job.state, job.attempts) == (JobState.FAILED, 1)
+    assert job.error is not None
+    assert job.error["code"] == "invalid-parameter"
+    assert next(iter(parameters)) in job.error["detail"]
 
 
 def test_an_image_that_cannot_be_decoded_fails_at_once_by_name(database: Database) -> None:

@@ -45,6 +45,7 @@ const WARNINGS = [
   "triad-count-low",
   "ball-occluded",
   "edit-lost",
+  "parameters-changed",
   "calibration-old",
   "rig-refined",
   "time-implausible",
