@@ -153,11 +153,6 @@ _IMAGES = [
     ),
 ]
 _ACCESS = [
-    *_of(
-        "settings.patterns",
-        MAX_TEXT="characters of a text that the pattern of case numbers is judged for",
-        _MAX_WAYS="ways in which it may be tried on such a text; else it is refused at the start",
-    ),
     *_of("store.sessions", MAX_SESSIONS="sessions of one key; a further one ends the oldest"),
     *_of(
         "service.failed_attempts",

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import re
 import unicodedata
+from collections.abc import Callable
 
 from spinewatch.errors import SpinewatchError
 
@@ -26,9 +26,9 @@ def visible(text: str) -> str:
     return text
 
 
-def require_opaque(reference: str, pattern: re.Pattern[str]) -> None:
+def require_opaque(reference: str, matches: Callable[[str], object]) -> None:
     """Raise ``NamedReferenceError`` if a case number does not match the pattern of the site."""
-    if not pattern.fullmatch(reference):
+    if not matches(reference):
         raise NamedReferenceError(
             "the reference may contain a name; use the hospital's own case number, such as 2026-0417 (letters only"
             " between digits, or a short word before them), or have SPINEWATCH_REFERENCE_PATTERN set"

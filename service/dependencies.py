@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from datetime import timedelta
 from typing import Annotated, Any
 
@@ -14,6 +13,7 @@ from contract.problem import Problem
 from service.access import PRINCIPAL, Principal
 from service.forms.parts import check_parts
 from service.problems import STATUS_NAMES
+from settings.patterns import TextPattern
 from store.admissions import Admission
 from store.database import Database
 from store.queue import JobQueue
@@ -74,8 +74,8 @@ async def _clock_tolerance(request: Request) -> timedelta:
     return tolerance
 
 
-async def _reference_pattern(request: Request) -> re.Pattern[str]:
-    pattern: re.Pattern[str] = request.app.state.reference_pattern
+async def _reference_pattern(request: Request) -> TextPattern:
+    pattern: TextPattern = request.app.state.reference_pattern
     return pattern
 
 
@@ -85,7 +85,7 @@ ActorDep = Annotated[Actor, Depends(_actor)]
 KnownDep = Annotated[bool, Depends(_known)]
 AdmissionDep = Annotated[Admission, Depends(_admission)]
 PrincipalDep = Annotated[Principal, Depends(_principal)]
-ReferencePatternDep = Annotated[re.Pattern[str], Depends(_reference_pattern)]
+ReferencePatternDep = Annotated[TextPattern, Depends(_reference_pattern)]
 ClockToleranceDep = Annotated[timedelta, Depends(_clock_tolerance)]
 
 

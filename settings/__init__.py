@@ -15,6 +15,7 @@ from sqlalchemy.engine import make_url
 from sqlalchemy.exc import ArgumentError
 
 from settings import values
+from settings.patterns import LinearPattern, TextPattern
 
 PREFIX = "SPINEWATCH_"
 """The beginning of every environment variable that is a setting."""
@@ -215,7 +216,8 @@ class Settings(BaseSettings):
     reference_pattern: Annotated[
         Annotated[str, AfterValidator(values.pattern)] | None,
         Field(
-            description="Regular expression that a case number must match as a whole; by default numbers, no names."
+            description="Regular expression that a case number must match as a whole, without look-around and"
+            " back-references; by default numbers, no names."
         ),
     ] = None
     calibration_max_age_days: Annotated[
@@ -247,9 +249,11 @@ class Settings(BaseSettings):
         return queue_url
 
     @property
-    def case_number(self) -> re.Pattern[str]:
+    def case_number(self) -> TextPattern:
         """What a case number must match: ``reference_pattern``, or ``OPAQUE_REFERENCE``."""
-        return re.compile(self.reference_pattern or OPAQUE_REFERENCE)
+        if self.reference_pattern is None:
+            return re.compile(OPAQUE_REFERENCE)
+        return LinearPattern(self.reference_pattern)
 
     @property
     def queue(self) -> str:

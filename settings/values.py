@@ -9,7 +9,7 @@ from collections.abc import Callable
 from sqlalchemy.engine import URL, make_url
 from sqlalchemy.exc import ArgumentError
 
-from settings.patterns import require_bounded
+from settings.patterns import LinearPattern
 
 _HOST = re.compile(r"[A-Za-z0-9_](?:[A-Za-z0-9._-]*[A-Za-z0-9_])?", re.ASCII)
 _ORIGIN = re.compile(r"(https?)://(?:[a-z0-9_][a-z0-9._-]*|\[[0-9a-f:.]+\])(?::([0-9]{1,5}))?", re.ASCII)
@@ -24,13 +24,8 @@ def entries(text: str) -> list[str]:
 
 
 def pattern(text: str) -> str:
-    """Return a regular expression; raise ``ValueError`` if it is none, or if a text could keep it busy."""
-    try:
-        re.compile(text)
-    except (re.error, RecursionError, OverflowError) as error:
-        raise ValueError(f"not a regular expression ({error})") from error
-    require_bounded(text)
-    return text
+    """Return a regular expression; raise ``ValueError`` if it is none, or needs look-around or back-references."""
+    return LinearPattern(text).pattern
 
 
 def host_names(text: str) -> str:

@@ -32,7 +32,7 @@ router = APIRouter(prefix="/v1/surgeries", tags=["surgeries"])
 def create_surgery(new: NewSurgery, once: OnceDep, actor: ActorDep, pattern: ReferencePatternDep) -> Response:
     """Store a surgery."""
     try:
-        require_opaque(new.reference, pattern)
+        require_opaque(new.reference, pattern.fullmatch)
     except NamedReferenceError as error:
         raise InvalidInputError("reference", error) from error
     with once.write() as session:

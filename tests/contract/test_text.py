@@ -33,7 +33,7 @@ def test_a_text_that_hides_something_is_refused(text: str) -> None:
 
 def test_a_reference_must_match_as_a_whole() -> None:
     pattern = re.compile("[0-9]+")
-    require_opaque("17", pattern)
+    require_opaque("17", pattern.fullmatch)
     for reference in ("17 Anna", "17\n", ""):
         with pytest.raises(NamedReferenceError, match="SPINEWATCH_REFERENCE_PATTERN"):
-            require_opaque(reference, pattern)
+            require_opaque(reference, pattern.fullmatch)
