@@ -266,8 +266,8 @@ def test_rig_that_is_not_json(run: Run, pair: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--triads", "0"], ["--triads", "1 or more"]),
-        (["--triads", "-3"], ["--triads", "1 or more"]),
+        (["--triads", "0"], ["--triads", "give 1 to 30"]),
+        (["--triads", "-3"], ["--triads", "give 1 to 30"]),
         (["--labels", "L1,T11,L1"], ["twice"]),
         (["--labels", "L1,,T9"], ["empty"]),
         (["--labels", ""], ["empty"]),
