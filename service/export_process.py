@@ -122,9 +122,7 @@ def export_apart(
             " format allows it, or make the file with spinewatch export or spinewatch report, which have no limit"
         ) from error
     except NoAnswerError as error:
-        raise ExportFailedError(
-            f"the process that makes {name} broke; its last words are in the log"
-        ) from error
+        raise ExportFailedError(f"the process that makes {name} broke; its error is in the log") from error
     found: dict[str, Any] = json.loads(answer.readline())
     if "code" in found:
         answer.close()

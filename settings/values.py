@@ -57,19 +57,17 @@ def proxies(text: str) -> str:
 
 def database_url(text: str) -> str:
     """Return the URL of a database; raise ``ValueError`` if the record would be in memory."""
-    if _is_in_memory(text):
-        raise ValueError(
-            "a record in memory is not possible; name a file, such as sqlite:////data/spinewatch.sqlite"
-        )
-    return text
+    return _stored(text, "a record", "spinewatch.sqlite")
 
 
 def queue_url(text: str) -> str:
     """Return the URL of a queue; raise ``ValueError`` if the queue would be in memory."""
+    return _stored(text, "a queue", "queue.sqlite")
+
+
+def _stored(text: str, what: str, example: str) -> str:
     if _is_in_memory(text):
-        raise ValueError(
-            "a queue in memory is not possible; name a file, such as sqlite:////data/queue.sqlite"
-        )
+        raise ValueError(f"{what} in memory is not possible; name a file, such as sqlite:////data/{example}")
     return text
 
 

@@ -31,14 +31,10 @@ def submit(session: Session, surgery_id: str, now: datetime) -> str | None:
         Identifier of the job, which the caller enqueues after the commit. None when the surgery has no setup, or has a
         queued job, which will see the change.
     """
-    if (
-        session.scalars(select(SpineSetup.revision).where(SpineSetup.surgery_id == surgery_id)).first()
-        is None
-    ):
+    setup = select(SpineSetup.revision).where(SpineSetup.surgery_id == surgery_id)
+    if session.scalars(setup).first() is None or queued(session, surgery_id) is not None:
         return None
-    if queued(session, surgery_id) is not None:
-        return None
-    return jobs.add(session, SPINE_JOB, surgery_id, now, {"surgery_id": surgery_id}).id
+    return _new(session, surgery_id, now)
 
 
 def resubmit(session: Session, surgery_id: str, now: datetime) -> str:
@@ -66,10 +62,7 @@ def resubmit(session: Session, surgery_id: str, now: datetime) -> str:
         The surgery has no setup.
     """
     spine_setups.get(session, surgery_id)
-    waiting = queued(session, surgery_id)
-    if waiting is not None:
-        return waiting
-    return jobs.add(session, SPINE_JOB, surgery_id, now, {"surgery_id": surgery_id}).id
+    return queued(session, surgery_id) or _new(session, surgery_id, now)
 
 
 def queued(session: Session, surgery_id: str) -> str | None:
@@ -111,3 +104,7 @@ def latest_state(session: Session, surgery_id: str) -> str:
     query = select(Job.state).where(Job.kind == SPINE_JOB, Job.subject_id == surgery_id)
     state = session.scalars(query.order_by(Job.created_at.desc(), Job.id).limit(1)).first()
     return "not submitted" if state is None else state.value
+
+
+def _new(session: Session, surgery_id: str, now: datetime) -> str:
+    return jobs.add(session, SPINE_JOB, surgery_id, now, {"surgery_id": surgery_id}).id
