@@ -1,9 +1,9 @@
 """``python -m training --out FILE``: draw simulated examples, train the ball networks, write their weights.
 
-For each size of balls two refinement networks are fitted, one to examples of all looks and one to examples of usual
-looks, of glossy balls in clean and sharp images; their mean is more accurate than either in both. With the default
-options it takes about two hours on two cores, and the same seed gives the same networks except for rounding, which
-depends on the machine. docs/detection.md says what the networks that ship were fitted to. Needs PyTorch.
+For each size of balls two refinement networks are fitted: one to examples of all looks, and one to examples of usual
+looks, of glossy balls in clean and sharp images. With the default options it takes about two hours on two cores, and
+the same seed gives the same networks except for rounding, which depends on the machine. docs/detection.md says what the
+networks that ship were fitted to. Needs PyTorch.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from rich.progress import Progress
 from spinewatch.detection.refinement.network_file import write_networks
 from spinewatch.detection.refinement.networks import BallNetworks
 from spinewatch.detection.refinement.patches import PatchGrid
-from spinewatch.simulation.images.examples import FAMILIES, ExampleParameters, Examples
-from training.draw import draw
+from spinewatch.simulation.images.examples import FAMILIES, ExampleParameters
+from training.draw import draw, joined, without
 from training.fit import Architecture
 from training.fit_all import Fit, fit_all
 
@@ -36,9 +36,7 @@ images. That of usual looks is small, because it sees all balls of all images.""
 SMALL_EXAMPLES = ExampleParameters(SMALL_GRID, (7.0, 13.5), wider=32.0)
 LARGE_EXAMPLES = ExampleParameters(LARGE_GRID, (14.0, 36.0), wider=36.0)
 UNUSUAL = tuple(family for family in FAMILIES if family != "glossy")
-"""Families of looks that the networks for usual looks are not trained on."""
-USUAL_SHARE = 0.4
-"""Number of examples of usual looks over that of all looks."""
+"""Families of looks that the network for usual looks is not trained on."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -57,40 +55,46 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m training", description=__doc__)
     parser.add_argument("--out", type=Path, required=True, help="file to write")
     parser.add_argument(
-        "--examples", type=int, nargs=2, default=(320_000, 64_000), metavar=("SMALL", "LARGE")
+        "--examples",
+        type=int,
+        nargs=3,
+        default=(320_000, 60_000, 64_000),
+        metavar=("SMALL", "USUAL", "LARGE"),
+        help="examples of all looks, further ones of usual looks, those of large balls",
     )
     parser.add_argument(
-        "--epochs", type=int, nargs=3, default=(16, 44, 48), metavar=("PROPOSAL", "SMALL", "LARGE")
+        "--epochs",
+        type=int,
+        nargs=4,
+        default=(10, 20, 40, 36),
+        metavar=("PROPOSAL", "SMALL", "USUAL", "LARGE"),
     )
     parser.add_argument("--seed", type=int, default=1995)
     parser.add_argument("--processes", type=int, default=2, help="number of processes that draw examples")
     options = parser.parse_args(arguments)
     console = Console(stderr=True)
-    proposal, small, large = options.epochs
-    small_balls, large_balls = options.examples
+    proposal, small, usual, large = options.epochs
     with Progress(console=console) as progress:
-
-        def drawn(parameters: ExampleParameters, count: int) -> tuple[Examples, Examples]:
-            usual = replace(parameters, left_out=UNUSUAL)
-            return (
-                draw(parameters, count, options.seed, options.processes, progress),
-                draw(usual, round(USUAL_SHARE * count), options.seed, options.processes, progress),
+        of_all, of_usual, of_large = (
+            draw(parameters, count, options.seed, options.processes, progress)
+            for parameters, count in zip(
+                (SMALL_EXAMPLES, replace(SMALL_EXAMPLES, left_out=UNUSUAL), LARGE_EXAMPLES),
+                options.examples,
+                strict=True,
             )
-
-        small_all, small_usual = drawn(SMALL_EXAMPLES, small_balls)
-        large_all, large_usual = drawn(LARGE_EXAMPLES, large_balls)
+        )
         fits = (
-            Fit(SMALL, small_all, small),
-            Fit(LARGE, large_all, large),
-            Fit(PROPOSAL, small_all, proposal),
-            Fit(SMALL_USUAL, small_usual, small),
-            Fit(LARGE, large_usual, large),
+            Fit(SMALL, of_all, small),
+            Fit(LARGE, of_large, large),
+            Fit(SMALL_USUAL, joined([without(of_all, UNUSUAL), of_usual]), usual),
+            Fit(LARGE, of_large, large, UNUSUAL),
+            Fit(PROPOSAL, of_all, proposal),
         )
         fitted = fit_all(fits, options.seed, options.processes, progress)
     for network, errors in fitted:
         console.print(f"{network.grid.size} x {network.grid.size} {errors}", highlight=False)
-    small_network, large_network, proposing, *usual = (network for network, _ in fitted)
-    options.out.write_bytes(write_networks(BallNetworks(proposing, (small_network, large_network, *usual))))
+    *refining, proposing = (network for network, _ in fitted)
+    options.out.write_bytes(write_networks(BallNetworks(proposing, tuple(refining))))
     return 0
 
 

@@ -20,7 +20,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from spinewatch.arrays import Bool, Single
+from spinewatch.arrays import Bool, Float, Single
+from spinewatch.detection.refinement.lighting import N_INPUTS, lighting_inputs
 from spinewatch.detection.refinement.network_graph import Layer
 from spinewatch.detection.refinement.networks import OUTPUTS, SCALES, BallNetwork, normalize
 from spinewatch.detection.refinement.patches import PatchGrid
@@ -36,8 +37,10 @@ HELD_OUT = 3000
 EXPECTED_LAMP_SD, MEASURED_LAMP_SD = 0.04, (0.015, 0.06)
 """Errors of the lamp input per axis, on the unit sphere: of the expected direction, and the limits between which those
 of a measured one vary, which is poor where balls have no highlight."""
-MEASURED_LAMP_SHARE = 0.5
-"""Fraction of the examples whose lamp input is the measured direction."""
+MEASURED_LAMP_SHARE, MEASURED_HEIGHT_SHARE = 0.6, 0.7
+"""Fraction of the examples whose lamp input is the measured direction, and fraction of those whose height is given."""
+MEASURED_HEIGHT_SD = (0.1, 0.5)
+"""Limits between which the errors of the logarithm of that height vary."""
 
 LAMP_WEIGHT = 0.3
 LOG_ODDS_WEIGHT = 2
@@ -46,8 +49,13 @@ SIZE_WEIGHT = 20
 SIZE_BETA = 0.05
 """Error of the logarithm of the size at which its loss becomes linear."""
 
-BALL, U, V, VISIBLE, LOG_SIZE, LAMP_U, LAMP_V = range(7)
-"""Columns of the truth: ball or not, centre in radii, visible fraction, logarithm of the size, lamp direction."""
+BALL, U, V, VISIBLE, LOG_SIZE, LAMP_U, LAMP_V, LOG_HEIGHT = range(8)
+"""Columns of the truth: ball or not, centre in radii, visible fraction, logarithm of the size, lamp direction,
+logarithm of the height over the tissue."""
+_TRUTH = ("ball", "offset", "visible", "log_size", "lamp", "log_height")
+"""Attributes of the examples that these are."""
+LIGHT_U, LIGHT_V, SHADOW_U, SHADOW_V = 0, 1, 4, 5
+"""Columns of the inputs of the light that have a direction."""
 
 
 @dataclass(frozen=True)
@@ -74,23 +82,23 @@ class Architecture:
 
 @dataclass(frozen=True, eq=False)
 class _Model:
-    """The layers; the direction of the lamp is added at the first hidden one."""
+    """The layers; the light is added at the first hidden one."""
 
     convolutions: nn.Sequential
     first: nn.Linear
-    lamp: nn.Linear
+    lighting: nn.Linear
     second: nn.Linear
     last: nn.Linear
 
     @property
     def parameters(self) -> list[Tensor]:
-        parts = (self.convolutions, self.first, self.lamp, self.second, self.last)
+        parts = (self.convolutions, self.first, self.lighting, self.second, self.last)
         return [parameter for part in parts for parameter in part.parameters()]
 
-    def __call__(self, patches: Tensor, lamp: Tensor) -> Tensor:
-        """Return the outputs (n, k) of patches (n, 1, size, size) with lamp inputs (n, 3)."""
+    def __call__(self, patches: Tensor, lighting: Tensor) -> Tensor:
+        """Return the outputs (n, k) of patches (n, 1, size, size) with the inputs (n, 7) of the light."""
         in_order = patches.contiguous(memory_format=torch.channels_last)
-        hidden = torch.relu(self.first(self.convolutions(in_order).flatten(1)) + self.lamp(lamp))
+        hidden = torch.relu(self.first(self.convolutions(in_order).flatten(1)) + self.lighting(lighting))
         return self.last(torch.relu(self.second(hidden)))
 
 
@@ -187,8 +195,8 @@ def fit(
     torch.manual_seed(seed)
     model = _model(architecture)
     patches = torch.from_numpy(normalize(examples.patches.astype(np.float32)))[:, None]
-    expected = torch.from_numpy(np.column_stack([examples.up, np.zeros(len(patches), np.float32)]))
-    columns = [examples.ball, examples.offset, examples.visible, examples.log_size, examples.lamp]
+    rng = np.random.default_rng(seed)
+    columns = [getattr(examples, name) for name in _TRUTH]
     truth = torch.from_numpy(np.column_stack(columns).astype(np.float32))
     held_out = len(patches) - HELD_OUT
     used = torch.arange(held_out)
@@ -201,15 +209,15 @@ def fit(
     for _ in range(epochs):
         order = used[torch.randperm(len(used))]
         for batch in order[: batches * BATCH].split(BATCH):
-            lamp = _lamp_input(expected[batch], truth[batch, LAMP_U:])
-            some_patches, some_lamps, some_truth = _augmented(patches[batch], lamp, truth[batch])
+            light = _light(rng, examples.up[batch], truth[batch].numpy())
+            some_patches, some_light, some_truth = _augmented(patches[batch], light, truth[batch])
             optimizer.zero_grad()
-            _loss(model(some_patches, some_lamps), some_truth).backward()
+            _loss(model(some_patches, some_light), some_truth).backward()
             optimizer.step()
             schedule.step()
         on_epoch()
     with torch.no_grad():
-        outputs = model(patches[held_out:], expected[held_out:])
+        outputs = model(patches[held_out:], _expected_light(examples.up[held_out:]))
         errors = _errors(outputs, truth[held_out:], examples.families[held_out:])
     return _exported(architecture, model), errors
 
@@ -225,36 +233,55 @@ def _model(architecture: Architecture) -> _Model:
     return _Model(
         nn.Sequential(*steps).to(memory_format=torch.channels_last),
         nn.Linear(channels * size * size, hidden),
-        nn.Linear(3, hidden, bias=False),
+        nn.Linear(N_INPUTS, hidden, bias=False),
         nn.Linear(hidden, hidden),
         nn.Linear(hidden, len(OUTPUTS)),
     )
 
 
-def _lamp_input(expected: Tensor, true: Tensor) -> Tensor:
-    """Return lamp inputs (n, 3): for some examples a measured direction and 1, for others the expected one and 0."""
-    is_measured = (torch.rand(len(expected), 1) < MEASURED_LAMP_SHARE).float()
-    expectation = expected[:, :2] + EXPECTED_LAMP_SD * torch.randn(len(expected), 2)
-    low, high = np.log(MEASURED_LAMP_SD)
-    sd = torch.exp(low + (high - low) * torch.rand(len(expected), 1))
-    measurement = true + sd * torch.randn(len(expected), 2)
-    return torch.cat([is_measured * measurement + (1 - is_measured) * expectation, is_measured], dim=1)
+def _light(rng: np.random.Generator, up: Single, truth: Single) -> Tensor:
+    """Return inputs of the light (n, 7): of some examples measured ones, of others the expected direction alone."""
+    n = len(up)
+    lamp_is_measured = rng.random(n) < MEASURED_LAMP_SHARE
+    height_is_measured = lamp_is_measured & (rng.random(n) < MEASURED_HEIGHT_SHARE)
+    expectation = up + EXPECTED_LAMP_SD * rng.standard_normal((n, 2))
+    sd = _log_uniform(rng, MEASURED_LAMP_SD, n)
+    measurement = truth[:, [LAMP_U, LAMP_V]] + sd[:, None] * rng.standard_normal((n, 2))
+    lamp = np.where(lamp_is_measured[:, None], measurement, expectation)
+    height_sd = _log_uniform(rng, MEASURED_HEIGHT_SD, n)
+    log_height = truth[:, LOG_HEIGHT] + height_sd * rng.standard_normal(n)
+    return torch.from_numpy(lighting_inputs(lamp, lamp_is_measured, log_height, height_is_measured))
 
 
-def _augmented(patches: Tensor, lamp: Tensor, truth: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+def _log_uniform(rng: np.random.Generator, limits: tuple[float, float], n: int) -> Float:
+    low, high = np.log(limits)
+    return np.asarray(np.exp(low + (high - low) * rng.random(n)))
+
+
+def _expected_light(up: Single) -> Tensor:
+    """Return the inputs of the light (n, 7) of expected directions (n, 2)."""
+    n = len(up)
+    unknown = np.zeros(n, dtype=bool)
+    return torch.from_numpy(lighting_inputs(up.astype(float), unknown, np.zeros(n), unknown))
+
+
+def _augmented(patches: Tensor, light: Tensor, truth: Tensor) -> tuple[Tensor, Tensor, Tensor]:
     """Return a batch that is mirrored and transposed at random, so that light comes from all sides."""
-    lamp, truth = lamp.clone(), truth.clone()
+    light, truth = light.clone(), truth.clone()
     mirror_u, mirror_v, transpose = (torch.rand(3) < 0.5).tolist()
     if mirror_u:
-        patches, lamp[:, 0] = patches.flip(-1), -lamp[:, 0]
+        patches = patches.flip(-1)
+        light[:, [LIGHT_U, SHADOW_U]] *= -1
         truth[:, [U, LAMP_U]] *= -1
     if mirror_v:
-        patches, lamp[:, 1] = patches.flip(-2), -lamp[:, 1]
+        patches = patches.flip(-2)
+        light[:, [LIGHT_V, SHADOW_V]] *= -1
         truth[:, [V, LAMP_V]] *= -1
     if transpose:
-        patches, lamp = patches.transpose(-1, -2), lamp[:, [1, 0, 2]]
-        truth = truth[:, [BALL, V, U, VISIBLE, LOG_SIZE, LAMP_V, LAMP_U]]
-    return patches, lamp, truth
+        patches = patches.transpose(-1, -2)
+        light[:, [LIGHT_U, LIGHT_V, SHADOW_U, SHADOW_V]] = light[:, [LIGHT_V, LIGHT_U, SHADOW_V, SHADOW_U]]
+        truth[:, [U, V, LAMP_U, LAMP_V]] = truth[:, [V, U, LAMP_V, LAMP_U]]
+    return patches, light, truth
 
 
 def _loss(outputs: Tensor, truth: Tensor) -> Tensor:
@@ -300,7 +327,7 @@ def _centre_chi2(estimated: dict[str, Tensor], true: Tensor) -> Tensor:
 def _lamp_chi2(estimated: dict[str, Tensor], true: Tensor) -> Tensor:
     """Return the squared errors (n,) of lamp directions over their estimated variance."""
     direction = torch.stack([estimated["lamp_u"], estimated["lamp_v"]], dim=1)
-    squared = (true[:, LAMP_U:] - SCALES.lamp * direction).square().sum(dim=1)
+    squared = (true[:, LAMP_U:LOG_HEIGHT] - SCALES.lamp * direction).square().sum(dim=1)
     return squared * torch.exp(2 * estimated["log_lamp"] + 2 * SCALES.log_lamp)
 
 
@@ -346,8 +373,8 @@ def _exported(architecture: Architecture, model: _Model) -> BallNetwork:
     channels = architecture.convolutions[-1][2]
     size = int(np.sqrt(model.first.in_features // channels))
     dense = model.first.weight.detach().numpy().reshape(-1, channels, size, size).transpose(2, 3, 1, 0)
-    lamp = np.ascontiguousarray(model.lamp.weight.detach().numpy().T)
-    layers.append(Layer(np.ascontiguousarray(dense), _array(model.first.bias), 1, lamp))
+    lighting = np.ascontiguousarray(model.lighting.weight.detach().numpy().T)
+    layers.append(Layer(np.ascontiguousarray(dense), _array(model.first.bias), 1, lighting))
     layers += [
         Layer(part.weight.detach().numpy().T[None, None].copy(), _array(part.bias), 1)
         for part in (model.second, model.last)

@@ -54,11 +54,11 @@ class DoubtParameters:
     """
 
     max_chance: float = 0.1
-    intercept: float = -4.237
-    gain: float = -0.363
-    misfit: float = 2.25
-    spread: float = 3.605
-    deviation: float = 2.093
+    intercept: float = -4.576
+    gain: float = -0.297
+    misfit: float = 2.239
+    spread: float = 2.553
+    deviation: float = 3.512
     max_gain: float = 20.0
 
 
@@ -102,7 +102,7 @@ class TriadEvidence:
         >>> observed = [14.0, 4.0], [0.5, 1.2], [0.3, 1.2], [0.0, 1.0]
         >>> evidence = TriadEvidence(*map(np.array, observed))
         >>> evidence.chances(DoubtParameters()).round(3)
-        array([0.001, 0.969])
+        array([0.001, 0.971])
         """
         p = parameters
         log_odds = (

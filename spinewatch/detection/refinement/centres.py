@@ -7,9 +7,9 @@ with both known. Last the best of these rotated by 180 degrees: the errors in th
 correlated, so that their mean is more accurate.
 
 At first one network sees the upright patches and another one, of different training, the rotated ones. As long as the
-balls look usual (`spinewatch.detection.refinement.look`), that is almost as accurate as the mean of both networks in
-every pass, at a third of the cost. When they do not, all passes are made again with that mean, and the best proposals
-are seen mirrored too.
+balls look usual (`spinewatch.detection.refinement.look`), that is as accurate as the larger network in every pass, at a
+third of the cost. When they do not, all passes are made again with the larger network, which is fitted to all looks,
+and the best proposals are seen mirrored too.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from spinewatch.arrays import Bool, Float, Int, Single
 from spinewatch.camera import Camera
 from spinewatch.detection.features import HIDDEN, DiscardedCandidates, Features
 from spinewatch.detection.refinement.lamp import LampEstimates, estimate_lamp
+from spinewatch.detection.refinement.lighting import Lighting
 from spinewatch.detection.refinement.look import Look, LookParameters, is_usual
 from spinewatch.detection.refinement.networks import (
     BallEstimates,
     BallNetwork,
     BallNetworks,
-    mean_estimates,
     predict_turned,
 )
 from spinewatch.detection.refinement.outlines import outline_offsets
@@ -49,7 +49,7 @@ class CentreParameters:
     Attributes
     ----------
     n_shared
-        Number of best proposals per view from which ball size and lamp direction are estimated.
+        Number of best proposals per view from which the size of the balls and the light are estimated.
     n_refined
         Number of best proposals per view that are refined.
     n_rotated
@@ -57,10 +57,12 @@ class CentreParameters:
     n_kept
         Number of features per view to return at most.
     min_odds
-        Least odds of a ball for an estimate to contribute to ball size and lamp direction.
+        Least odds of a ball for an estimate to contribute to the size of the balls and the light.
     min_balls
-        Least number of such estimates. With fewer the nominal size holds, and the lamp input of the networks counts as
-        expected, not as measured.
+        Least number of such estimates. With fewer the nominal size holds, and the light counts as not measured.
+    height
+        Height of the balls over the tissue, with which the networks expect their shadows; 9.5 is the middle of the
+        worlds that they were fitted to, 38 mm for balls of 8 mm.
     lamp_sd_rad
         Standard deviation per axis of the lamp's direction about that of the point midway between the cameras, radians.
     merge_radius
@@ -85,8 +87,9 @@ class CentreParameters:
     n_refined: int = 60
     n_rotated: int = 24
     n_kept: int = 150
-    min_odds: float = 3.0
+    min_odds: float = 30.0
     min_balls: int = 4
+    height: float = 9.5
     lamp_sd_rad: float = 0.11
     merge_radius: float = 0.4
     max_shift: float = 0.7
@@ -126,7 +129,7 @@ class Proposals:
     camera
         Camera of the view.
     networks
-        Refinement networks for the size of the balls: those for all looks, then those for usual looks.
+        Refinement networks for the size of the balls: that for all looks first, that for usual looks last.
     tone
         Log gray levels, shape (H, W).
     similarity
@@ -186,7 +189,8 @@ def propose(
     """
     p = parameters
     tone, nominal_px = patch_tone(frame.gray()), np.array(view.ball_px)
-    predictor = _Predictor((networks.proposal,), tone, nominal_px, view.lamp, False, p.max_shift)
+    expected = Lighting.expected(view.lamp)
+    predictor = _Predictor(networks.proposal, tone, nominal_px, expected, p.max_shift)
     proposed, centre = predictor.at(candidates.xy_px)
     # Balls that appear larger are nearer; there the lamp is at a larger angle to the optical axis.
     ratio = _size_ratio(proposed, p)
@@ -238,7 +242,7 @@ def refine(
     pool
         Executes the right view at the same time as the left one; None for one after the other.
     any_look
-        Whether the mean of all networks counts, whether or not the balls look usual.
+        Whether the network for all looks makes all passes, whether or not the balls look usual.
 
     Returns
     -------
@@ -248,12 +252,13 @@ def refine(
     """
     p = parameters
     if not any_look:
-        parts = [_Part(view, view.networks[-1:], view.networks[:1], (_ROTATED,)) for view in proposals]
+        parts = [_Part(view, view.networks[-1], view.networks[0], (_ROTATED,)) for view in proposals]
         views, looks = _refine_both(parts, p, pool)
         if is_usual(looks, p.look):
             return views
     turns = (_ROTATED, _MIRRORED)
-    views, _ = _refine_both([_Part(view, view.networks, view.networks, turns) for view in proposals], p, pool)
+    parts = [_Part(view, view.networks[0], view.networks[0], turns) for view in proposals]
+    views, _ = _refine_both(parts, p, pool)
     return views
 
 
@@ -270,8 +275,8 @@ class _Part:
     """A view with the networks for its upright and for its turned patches, and how these are turned."""
 
     view: Proposals
-    for_upright: tuple[BallNetwork, ...]
-    for_turned: tuple[BallNetwork, ...]
+    for_upright: BallNetwork
+    for_turned: BallNetwork
     turns: tuple[_Turn, ...]
 
 
@@ -281,11 +286,12 @@ def _refine_both(
     """Return the features of both views, and how their balls look."""
     shared = both(lambda part: measure_shared(part.view, part.for_upright, p), parts[0], parts[1], pool)
     lamps = estimate_lamp([view.lamp for view in shared], p.lamp_sd_rad)
-    measured = max(len(view.lamp.sd) for view in shared) >= p.min_balls
-    left, right = zip(parts, shared, lamps, strict=True)
-    (left_view, left_look), (right_view, right_look) = both(
-        lambda part: _refine(*part, measured, p), left, right, pool
-    )
+    if max(len(view.lamp.sd) for view in shared) >= p.min_balls:
+        light = [Lighting.measured(lamp, p.height) for lamp in lamps]
+    else:
+        light = [Lighting.expected(lamp) for lamp in lamps]
+    left, right = zip(parts, shared, light, strict=True)
+    (left_view, left_look), (right_view, right_look) = both(lambda part: _refine(*part, p), left, right, pool)
     return (left_view, right_view), (left_look, right_look)
 
 
@@ -308,15 +314,15 @@ class Shared:
     centre: Float
 
 
-def measure_shared(view: Proposals, networks: tuple[BallNetwork, ...], p: CentreParameters) -> Shared:
+def measure_shared(view: Proposals, network: BallNetwork, p: CentreParameters) -> Shared:
     """Return what the balls of a view share, estimated from its best proposals.
 
     Parameters
     ----------
     view
         Proposals of the view.
-    networks
-        Refinement networks whose mean counts.
+    network
+        Refinement network.
     p
         Counts and thresholds.
 
@@ -325,22 +331,21 @@ def measure_shared(view: Proposals, networks: tuple[BallNetwork, ...], p: Centre
     Shared
         Size of the balls and estimates of the lamp direction.
     """
-    predictor = _Predictor(networks, view.tone, view.ball_px, view.lamp, False, p.max_shift)
+    expected = Lighting.expected(view.lamp)
+    predictor = _Predictor(network, view.tone, view.ball_px, expected, p.max_shift)
     centre, best = view.centre.copy(), _best(view.score, p.n_shared)
     refined, centre[best] = predictor.at(centre[best])
-    balls = _probable(refined, p)
+    balls = _probable(refined, p.min_odds)
     lamp = LampEstimates(view.camera, view.lamp, refined.lamp[balls], refined.lamp_sd[balls])
     return Shared(view.ball_px * _size_ratio(refined, p), lamp, centre)
 
 
-def _refine(
-    part: _Part, shared: Shared, lamp: Float, lamp_is_measured: bool, p: CentreParameters
-) -> tuple[RefinedView, Look]:
-    """Return the features of one view and how its balls look, given the lamp direction (2,)."""
+def _refine(part: _Part, shared: Shared, lighting: Lighting, p: CentreParameters) -> tuple[RefinedView, Look]:
+    """Return the features of one view and how its balls look, given its light."""
     view, ball_px, centre = part.view, shared.ball_px, shared.centre
     for_upright, for_turned = (
-        _Predictor(some, view.tone, ball_px, lamp, lamp_is_measured, p.max_shift)
-        for some in (part.for_upright, part.for_turned)
+        _Predictor(network, view.tone, ball_px, lighting, p.max_shift)
+        for network in (part.for_upright, part.for_turned)
     )
     covariance, visible, score = (a.copy() for a in (view.covariance, view.visible, view.score))
     refined = _best(score, p.n_refined)
@@ -357,7 +362,11 @@ def _refine(
     )
     n = len(part.turns)
     covariance[best] = mean_covariance * ((1 + n * p.rotation_correlation) / (1 + n))
-    look = Look(_probable(upright, p)[first], _probable(turned[0], p), _sd_radii(mean_covariance, ball_px))
+    look = Look(
+        _probable(upright, p.look.min_odds)[first],
+        _probable(turned[0], p.look.min_odds),
+        _sd_radii(mean_covariance, ball_px),
+    )
 
     ranked = _best(score, len(score))
     order = ranked[_without_duplicates(centre[ranked] / (ball_px / 2), p.merge_radius)][: p.n_kept]
@@ -372,25 +381,19 @@ def _refine(
 
 @dataclass(frozen=True, eq=False)
 class _Predictor:
-    """Networks of one grid and what the patches share: log gray levels (H, W), ball size (2,), lamp (2,)."""
+    """A network and what the patches share: log gray levels (H, W), ball size (2,), light."""
 
-    networks: tuple[BallNetwork, ...]
+    network: BallNetwork
     tone: Single
     ball_px: Float
-    lamp: Float
-    lamp_is_measured: bool
+    lighting: Lighting
     max_shift: float
 
     def at(self, positions_px: Float, turn: _Turn = _UPRIGHT) -> tuple[BallEstimates, Float]:
         """Return estimates at positions (n, 2), px, from patches in an orientation, and centres (n, 2), px."""
         pixel = np.rint(positions_px).astype(np.intp)
-        patches = cut_patches(self.tone, pixel, (self.ball_px[0], self.ball_px[1]), self.networks[0].grid)
-        estimates = mean_estimates(
-            [
-                predict_turned(network, patches, self.lamp, self.lamp_is_measured, turn)
-                for network in self.networks
-            ]
-        )
+        patches = cut_patches(self.tone, pixel, (self.ball_px[0], self.ball_px[1]), self.network.grid)
+        estimates = predict_turned(self.network, patches, self.lighting, turn)
         shift = estimates.offset.clip(-self.max_shift, self.max_shift)
         return estimates, pixel + shift * (self.ball_px / 2)
 
@@ -400,14 +403,14 @@ def _best(score: Float, count: int) -> Int:
     return np.argsort(-score, kind="stable")[:count]
 
 
-def _probable(estimates: BallEstimates, p: CentreParameters) -> Bool:
-    """Return the mask (n,) of probable balls."""
-    return np.asarray(estimates.log_odds > np.log(p.min_odds))
+def _probable(estimates: BallEstimates, min_odds: float) -> Bool:
+    """Return the mask (n,) of balls of some odds at least."""
+    return np.asarray(estimates.log_odds > np.log(min_odds))
 
 
 def _size_ratio(estimates: BallEstimates, p: CentreParameters) -> float:
     """Return the median size of the probable balls over that of the patches, 1 when they are too few."""
-    balls = _probable(estimates, p)
+    balls = _probable(estimates, p.min_odds)
     return exp(median(estimates.log_size[balls].tolist())) if balls.sum() >= p.min_balls else 1.0
 
 

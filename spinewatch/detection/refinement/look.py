@@ -1,4 +1,4 @@
-"""Whether the balls of a pair look as usual: then one network per orientation is enough, and no mean of all.
+"""Whether the balls of a pair look as usual: then the small network of usual looks is accurate enough.
 
 Networks of different training tell an unusual look by what they take for a ball and by how certain they are. The
 distance of their centres over the stated deviations does not tell it: they state larger deviations where they disagree.
@@ -20,6 +20,8 @@ class LookParameters:
 
     Attributes
     ----------
+    min_odds
+        Least odds of a ball for a network to see one.
     min_balls
         Least number of balls of both views that both networks see; with fewer nothing is known of their look.
     min_agreement
@@ -28,6 +30,7 @@ class LookParameters:
         Largest median deviation of the centres of these per axis, radii of the ball.
     """
 
+    min_odds: float = 3.0
     min_balls: int = 8
     min_agreement: float = 0.85
     max_sd: float = 0.03
@@ -68,7 +71,7 @@ def is_usual(views: Sequence[Look], parameters: LookParameters) -> bool:
     Examples
     --------
     >>> yes, no = np.ones(20, bool), np.zeros(20, bool)
-    >>> [is_usual([Look(yes, second, np.full(20, 0.03))], LookParameters()) for second in (yes, no)]
+    >>> [is_usual([Look(yes, second, np.full(20, 0.02))], LookParameters()) for second in (yes, no)]
     [True, False]
     """
     p = parameters

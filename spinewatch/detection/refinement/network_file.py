@@ -17,7 +17,7 @@ from spinewatch.detection.refinement.networks import BallNetwork, BallNetworks
 from spinewatch.detection.refinement.patches import PatchGrid
 from spinewatch.errors import NetworkFileError
 
-_PARTS = ("weights", "bias", "lamp")
+_PARTS = ("weights", "bias", "lighting")
 
 
 def write_networks(networks: BallNetworks) -> bytes:
@@ -106,7 +106,7 @@ def _network(arrays: Mapping[str, NDArray[Any]], i: int, entry: Mapping[str, Any
             part(f"{i}_{j}_weights"),
             part(f"{i}_{j}_bias"),
             int(stride),
-            part(f"{i}_{j}_lamp") if f"{i}_{j}_lamp" in arrays else None,
+            part(f"{i}_{j}_lighting") if f"{i}_{j}_lighting" in arrays else None,
         )
         for j, stride in enumerate(entry["strides"])
     )

@@ -12,6 +12,7 @@ from onnx import GraphProto, NodeProto, TensorProto, ValueInfoProto, helper, num
 from onnxruntime import InferenceSession, SessionOptions
 
 from spinewatch.arrays import Single
+from spinewatch.detection.refinement.lighting import N_INPUTS
 
 _OPERATORS, _FORMAT = 17, 8
 """Versions of ONNX's set of operators and of its format: all that is used here has been in them since 2022."""
@@ -29,15 +30,14 @@ class Layer:
         Shape (channels out,).
     stride
         Step between windows, samples.
-    lamp
-        Added to the bias per component of the lamp direction (u, v), and if that is measured, shape (3, channels out);
-        None where the lamp is no input.
+    lighting
+        Added to the bias per input of the light, shape (k, channels out); None where it is no input.
     """
 
     weights: Single
     bias: Single
     stride: int
-    lamp: Single | None = None
+    lighting: Single | None = None
 
 
 class NetworkGraph:
@@ -56,7 +56,7 @@ class NetworkGraph:
     Examples
     --------
     >>> mean = Layer(np.full((2, 2, 1, 1), 0.25, np.float32), np.zeros(1, np.float32), 1)
-    >>> NetworkGraph([mean], 2)(np.array([[[1, 2], [3, 4]]], np.float32), np.zeros(3, np.float32))
+    >>> NetworkGraph([mean], 2)(np.array([[[1, 2], [3, 4]]], np.float32), np.zeros(7, np.float32))
     array([[2.5]], dtype=float32)
     """
 
@@ -70,15 +70,15 @@ class NetworkGraph:
         self._session = InferenceSession(model.SerializeToString(), options, providers=providers)
         self._channels = len(layers[-1].bias)
 
-    def __call__(self, patches: Single, lamp: Single) -> Single:
+    def __call__(self, patches: Single, lighting: Single) -> Single:
         """Return the outputs of patches.
 
         Parameters
         ----------
         patches
             Normalized patches, shape (n, size, size).
-        lamp
-            Lamp direction (u, v), and 1 if it is measured, else 0, shape (3,).
+        lighting
+            Inputs of the light, shape (k,).
 
         Returns
         -------
@@ -87,13 +87,13 @@ class NetworkGraph:
         """
         if not len(patches):  # some of ONNX Runtime's operators refuse empty arrays
             return np.empty((0, self._channels), np.float32)
-        inputs = {"patches": patches[:, None], "lamp": lamp[None, :, None, None]}
+        inputs = {"patches": patches[:, None], "lighting": lighting[None, :, None, None]}
         (outputs,) = self._session.run(None, inputs)
         return np.asarray(outputs)
 
 
 def _graph(layers: Sequence[Layer], size: int) -> GraphProto:
-    """Return the graph of a network for patches (n, 1, size, size) and the lamp input (1, 3, 1, 1).
+    """Return the graph of a network for patches (n, 1, size, size) and the light (1, k, 1, 1).
 
     Layers whose window is all of their input are products of matrices, which take half the time of convolutions.
     """
@@ -120,8 +120,8 @@ def _graph(layers: Sequence[Layer], size: int) -> GraphProto:
         else:
             x = node("Conv", x, constant(kernel), bias, strides=[layer.stride] * 2)
         side = (side - len(layer.weights)) // layer.stride + 1
-        if layer.lamp is not None:
-            shift = node("Conv", "lamp", constant(layer.lamp.T[:, :, None, None]))
+        if layer.lighting is not None:
+            shift = node("Conv", "lighting", constant(layer.lighting.T[:, :, None, None]))
             x = node("Add", x, node("Flatten", shift) if covered else shift)
         if layer is not layers[-1]:
             x = node("Relu", x)
@@ -130,5 +130,5 @@ def _graph(layers: Sequence[Layer], size: int) -> GraphProto:
     def value(name: str, *shape: int | str) -> ValueInfoProto:
         return helper.make_tensor_value_info(name, TensorProto.FLOAT, shape)
 
-    inputs = [value("patches", "n", 1, size, size), value("lamp", 1, 3, 1, 1)]
+    inputs = [value("patches", "n", 1, size, size), value("lighting", 1, N_INPUTS, 1, 1)]
     return helper.make_graph(nodes, "ball", inputs, [value("outputs", "n", "k")], constants)

@@ -1,26 +1,28 @@
 """Small convolutional networks that estimate from a patch whether it shows a ball, and the ball's centre.
 
-They were trained with simulated images only (``training/``). The expected or measured direction of the cart's lamp is
-an input, because light from the right also shades a ball's left side.
+They were trained with simulated images only (``training/``). The light of the view is an input
+(`spinewatch.detection.refinement.lighting`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from spinewatch.arrays import Float, Single
+from spinewatch.detection.refinement.lighting import Lighting
 from spinewatch.detection.refinement.network_graph import Layer, NetworkGraph
 from spinewatch.detection.refinement.patches import PatchGrid
 
-_MEMBER_CORRELATION = 0.6
-"""Correlation of the errors of two networks. With it chi-square is 0.9 to 1 per degree of freedom on simulated balls;
-the errors themselves correlate by 0.7, and their spread counts besides."""
 _CONTRAST_FLOOR = np.float32(0.05)
 """Part of the networks' definition: patches whose log gray levels vary by less than about this stay faint."""
+
+MIN_CONTRAST = 0.04
+"""Least standard deviation of the log gray levels of a patch that shows a ball; in a fainter one none can be seen."""
+_NO_BALL = -8.0
+"""Log-odds of a ball in a fainter patch."""
 
 OUTPUTS = (
     "log_odds",
@@ -164,9 +166,7 @@ class BallEstimates:
     lamp_sd: Float
 
 
-def predict_balls(
-    network: BallNetwork, patches: Single, lamp: Float, lamp_is_measured: bool
-) -> BallEstimates:
+def predict_balls(network: BallNetwork, patches: Single, lighting: Lighting) -> BallEstimates:
     """Return a network's estimates from patches.
 
     Parameters
@@ -175,10 +175,8 @@ def predict_balls(
         The network.
     patches
         Log gray levels, shape (n, size, size).
-    lamp
-        Lamp direction, (u, v) part of the unit vector, shape (2,).
-    lamp_is_measured
-        Whether that direction is measured; else it is the expected one.
+    lighting
+        Light of the view.
 
     Returns
     -------
@@ -189,13 +187,12 @@ def predict_balls(
     --------
     >>> from spinewatch.detection.refinement.network_file import default_networks
     >>> even = np.zeros((1, 25, 25), np.float32)
-    >>> network = default_networks().proposal
-    >>> bool(predict_balls(network, even, np.zeros(2), lamp_is_measured=False).log_odds[0] < 0)
+    >>> network, lighting = default_networks().proposal, Lighting.expected(np.zeros(2))
+    >>> bool(predict_balls(network, even, lighting).log_odds[0] < 0)
     True
     """
-    lamp_input = np.array([*lamp, lamp_is_measured], dtype=np.float32)
-    out = network.graph(normalize(patches), lamp_input).astype(float)
-    log_odds, offset, log_precision, off_diagonal, visible, log_size, lamp_offset, log_lamp = (
+    out = network.graph(normalize(patches), lighting.inputs).astype(float)
+    log_odds, offset, log_precision, off_diagonal, visible, log_size, lamp, log_lamp = (
         out[:, columns] for columns in _COLUMNS
     )
     # The inverse covariance is the product L^T L of L = [[1/a, off_diagonal/b], [0, 1/b]].
@@ -205,18 +202,18 @@ def predict_balls(
     covariance[:, 0, 1] = covariance[:, 1, 0] = -off_diagonal * a * b
     covariance *= SCALES.dof / (SCALES.dof - 2)
     return BallEstimates(
-        log_odds,
+        np.where(patches.std(axis=(1, 2)) > MIN_CONTRAST, log_odds, _NO_BALL),
         SCALES.offset * offset,
         covariance,
         1 / (1 + np.exp(-visible)),
         SCALES.log_size * log_size,
-        SCALES.lamp * lamp_offset,
+        SCALES.lamp * lamp,
         np.exp(-log_lamp - SCALES.log_lamp),
     )
 
 
 def predict_turned(
-    network: BallNetwork, patches: Single, lamp: Float, lamp_is_measured: bool, turn: tuple[int, int]
+    network: BallNetwork, patches: Single, lighting: Lighting, turn: tuple[int, int]
 ) -> BallEstimates:
     """Return a network's estimates from patches that it sees mirrored or rotated by 180 degrees.
 
@@ -226,10 +223,8 @@ def predict_turned(
         The network.
     patches
         Log gray levels, shape (n, size, size), upright.
-    lamp
-        Lamp direction, (u, v) part of the unit vector, shape (2,).
-    lamp_is_measured
-        Whether that direction is measured; else it is the expected one.
+    lighting
+        Light of the view, upright.
     turn
         Signs of u and of v in what the network sees.
 
@@ -239,56 +234,13 @@ def predict_turned(
         Estimates from n patches, of the upright ones.
     """
     sign = np.array(turn)
-    seen = predict_balls(network, patches[:, :: turn[1], :: turn[0]], sign * lamp, lamp_is_measured)
+    seen = predict_balls(network, patches[:, :: turn[1], :: turn[0]], lighting.turned(turn))
     return replace(
         seen,
         offset=sign * seen.offset,
         covariance=np.outer(sign, sign) * seen.covariance,
         lamp=sign * seen.lamp,
     )
-
-
-def mean_estimates(parts: Sequence[BallEstimates]) -> BallEstimates:
-    """Return the mean of the estimates of several networks.
-
-    Parameters
-    ----------
-    parts
-        Estimates of each network from the same n patches, at least one.
-
-    Returns
-    -------
-    BallEstimates
-        Means. The covariance of the offset is that of a mean with correlated errors, and that of the offsets about it:
-        networks of different training disagree where a patch is unlike both.
-
-    References
-    ----------
-    B. Lakshminarayanan, A. Pritzel and C. Blundell, Simple and scalable predictive uncertainty estimation using deep
-    ensembles, NeurIPS 2017.
-
-    Examples
-    --------
-    >>> one = np.ones(1)
-    >>> first, second = (
-    ...     BallEstimates(one, np.array([[u, 0.0]]), 0.01 * np.eye(2)[None], one, one, np.ones((1, 2)), one)
-    ...     for u in (0.1, 0.3)
-    ... )
-    >>> mean = mean_estimates([first, second])
-    >>> mean.offset, mean.covariance.round(3)
-    (array([[0.2, 0. ]]), array([[[0.018, 0.   ],
-            [0.   , 0.008]]]))
-    """
-    if len(parts) == 1:
-        return parts[0]
-    mean = {
-        field.name: np.mean([getattr(part, field.name) for part in parts], axis=0)
-        for field in fields(parts[0])
-    }
-    mean["covariance"] *= (1 + (len(parts) - 1) * _MEMBER_CORRELATION) / len(parts)
-    apart = np.stack([part.offset for part in parts]) - mean["offset"]
-    mean["covariance"] += np.einsum("kni,knj->nij", apart, apart) / len(parts)
-    return BallEstimates(**mean)
 
 
 def normalize(patches: Single) -> Single:

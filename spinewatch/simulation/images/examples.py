@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spinewatch.arrays import Bool, Float, Int, Single
+from spinewatch.detection.refinement.networks import MIN_CONTRAST
 from spinewatch.detection.refinement.patches import PatchGrid, cut_patches
 from spinewatch.imaging.tone import patch_tone
 from spinewatch.simulation.images.random_worlds import random_world
@@ -53,8 +54,6 @@ _MISPLACED = 0.08
 """Fraction of those whose patch is not centred on the ball."""
 _MAX_OFFSET = 0.5
 """Maximum distance of the patch's middle from the ball's centre, in radii, for the patch to show a ball."""
-_MIN_CONTRAST = 0.04
-"""Least standard deviation of the log gray levels of a patch that shows a ball; in a fainter one none can be seen."""
 _TEXTURES = 40
 _TEXTURE_SIZE = 256
 _TEXTURE_LIFE = 1000
@@ -109,6 +108,8 @@ class Examples:
         Expected direction of the cart's lamp: u and v components of a unit vector, shape (n, 2).
     lamp
         True direction of the cart's lamp or of the middle of its lamps, shape (n, 2).
+    log_height
+        Logarithm of the height, in radii, of the ball's centre over the tissue, shape (n,).
     families
         Whether an example belongs to each of the `FAMILIES`, shape (n, k).
     """
@@ -120,6 +121,7 @@ class Examples:
     log_size: Single
     up: Single
     lamp: Single
+    log_height: Single
     families: Bool
 
 
@@ -147,7 +149,7 @@ def random_examples(rng: np.random.Generator, count: int, parameters: ExamplePar
     (2, 25, 25)
     """
     patches = np.empty((count, parameters.grid.size, parameters.grid.size), np.float16)
-    truth = np.empty((count, 9 + len(FAMILIES)), np.float32)
+    truth = np.empty((count, 10 + len(FAMILIES)), np.float32)
     textures = random_textures(rng, _TEXTURES, _TEXTURE_SIZE)
     for i in range(count):
         if i and i % _TEXTURE_LIFE == 0:
@@ -155,8 +157,20 @@ def random_examples(rng: np.random.Generator, count: int, parameters: ExamplePar
         if i % _EXPOSURES == 0:
             shot = _random_shot(rng, textures, parameters)
         patches[i], truth[i] = _exposed(rng, shot, parameters)
-    ball, offset, visible, log_size, up, lamp, families = np.split(truth, [1, 3, 4, 5, 7, 9], axis=1)
-    return Examples(patches, ball[:, 0] > 0, offset, visible[:, 0], log_size[:, 0], up, lamp, families > 0)
+    ball, offset, visible, log_size, up, lamp, log_height, families = np.split(
+        truth, [1, 3, 4, 5, 7, 9, 10], axis=1
+    )
+    return Examples(
+        patches,
+        ball[:, 0] > 0,
+        offset,
+        visible[:, 0],
+        log_size[:, 0],
+        up,
+        lamp,
+        log_height[:, 0],
+        families > 0,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,7 +207,7 @@ def _random_shot(rng: np.random.Generator, textures: Single, p: ExampleParameter
 
 
 def _exposed(rng: np.random.Generator, shot: _Shot, p: ExampleParameters) -> tuple[Single, Single]:
-    """Return a patch and its truth (9 + k,): ball, offset, visible, log size, up, lamp, families."""
+    """Return a patch and its truth (10 + k,): ball, offset, visible, log size, up, lamp, log height, families."""
     world, ball_px, half, centre = shot.world, shot.ball_px, shot.half, shot.centre
     size = (float(ball_px[0]), float(ball_px[1]))
     sensor = _drawn(lambda: random_sensor(rng, size), _families_of_sensor, p)
@@ -209,7 +223,7 @@ def _exposed(rng: np.random.Generator, shot: _Shot, p: ExampleParameters) -> tup
         ).astype(int)
     patch = cut_patches(tone, middle[None], (float(assumed[0]), float(assumed[1])), p.grid)[0]
     offset = (centre - middle) / (assumed / 2)
-    ball = world.present and np.hypot(*offset) < _MAX_OFFSET and patch.std() > _MIN_CONTRAST
+    ball = world.present and np.hypot(*offset) < _MAX_OFFSET and patch.std() > MIN_CONTRAST
     log_size = np.log(ball_px[0] / assumed[0])
     directions = (d[:2] * (1, -1) for d in (world.up, world.lamp))
     families = _families_of_world(world) | _families_of_sensor(sensor)
@@ -219,6 +233,7 @@ def _exposed(rng: np.random.Generator, shot: _Shot, p: ExampleParameters) -> tup
         shot.visible,
         log_size,
         *np.concatenate(list(directions)),
+        np.log(world.ground.depth),
         *(families[name] for name in FAMILIES),
     ]
     return patch, np.array(truth, np.float32)

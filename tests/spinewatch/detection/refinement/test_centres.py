@@ -88,7 +88,7 @@ def test_the_size_of_balls_is_measured(sample: tuple[NominalView, Pixels, Featur
     for factor in (0.95, 1.05):
         wrong = replace(view, ball_px=(factor * BALL[0], factor * BALL[1]))
         proposals = propose(wrong, Frame(image, "left"), candidates, default_networks(), CentreParameters())
-        sizes.append(measure_shared(proposals, proposals.networks, CentreParameters()).ball_px)
+        sizes.append(measure_shared(proposals, proposals.networks[0], CentreParameters()).ball_px)
     assert sizes[0] == pytest.approx(sizes[1], rel=0.03)
 
 
@@ -103,7 +103,7 @@ def test_the_second_orientation_lowers_the_covariance(sample: tuple[NominalView,
     assert np.median(ratio) == pytest.approx(0.9**2, abs=0.15)
 
 
-def test_the_mean_of_networks_counts_when_the_look_is_not_usual(
+def test_the_network_of_all_looks_counts_when_the_look_is_not_usual(
     sample: tuple[NominalView, Pixels, Features],
 ) -> None:
     view, image, candidates = sample
@@ -114,9 +114,9 @@ def test_the_mean_of_networks_counts_when_the_look_is_not_usual(
         return found.features.xy_px[:12]
 
     usual, unusual = LookParameters(), LookParameters(max_sd=0.0)
-    mean = centres(usual, any_look=True)
-    assert np.array_equal(centres(unusual, any_look=False), mean)
-    apart = np.linalg.norm(centres(usual, any_look=False)[:, None] - mean, axis=2).min(axis=1)
+    of_all = centres(usual, any_look=True)
+    assert np.array_equal(centres(unusual, any_look=False), of_all)
+    apart = np.linalg.norm(centres(usual, any_look=False)[:, None] - of_all, axis=2).min(axis=1)
     assert 0 < np.median(apart) < 0.1
 
 

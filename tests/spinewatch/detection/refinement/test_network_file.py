@@ -15,7 +15,7 @@ def test_a_file_of_networks_is_read_as_it_was_written() -> None:
         assert (copy.grid, copy.min_width_px) == (network.grid, network.min_width_px)
         for layer, other in zip(network.layers, copy.layers, strict=True):
             assert np.array_equal(layer.weights, other.weights)
-            assert (layer.lamp is None) == (other.lamp is None)
+            assert (layer.lighting is None) == (other.lighting is None)
 
 
 @pytest.mark.parametrize("data", [b"", b"PK\x03\x04", b"not a file of weights"])

@@ -5,6 +5,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
+from spinewatch.detection.refinement.lighting import Lighting
 from spinewatch.detection.refinement.network_file import default_networks
 from spinewatch.detection.refinement.networks import (
     SCALES,
@@ -15,6 +16,8 @@ from spinewatch.detection.refinement.networks import (
 )
 from spinewatch.simulation.images.examples import ExampleParameters, Examples, random_examples
 
+LIGHT = Lighting.measured(np.array([0.3, 0.1]), 4.0)
+
 
 @pytest.fixture(scope="module", params=[10.0, 30.0])
 def predicted(request: pytest.FixtureRequest) -> tuple[Examples, BallEstimates]:
@@ -24,7 +27,7 @@ def predicted(request: pytest.FixtureRequest) -> tuple[Examples, BallEstimates]:
         np.random.default_rng(7), 1200, ExampleParameters(network.grid, width, width[1])
     )
     parts = [
-        predict_balls(network, patch[None].astype(np.float32), up, lamp_is_measured=False)
+        predict_balls(network, patch[None].astype(np.float32), Lighting.expected(up))
         for patch, up in zip(examples.patches, examples.up, strict=True)
     ]
     joined = (np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0]))
@@ -84,10 +87,10 @@ def test_patches_have_unit_contrast_except_faint_ones() -> None:
 def test_patches_are_estimated_one_by_one_as_in_a_batch() -> None:
     network = default_networks().proposal
     patches = np.random.default_rng(0).normal(0, 1, (300, 25, 25)).astype(np.float32)
-    batch = predict_balls(network, patches, np.zeros(2), lamp_is_measured=True)
-    alone = predict_balls(network, patches[280:281], np.zeros(2), lamp_is_measured=True)
+    batch = predict_balls(network, patches, LIGHT)
+    alone = predict_balls(network, patches[280:281], LIGHT)
     assert batch.log_odds[280] == pytest.approx(alone.log_odds[0], abs=1e-4)
-    assert len(predict_balls(network, patches[:0], np.zeros(2), lamp_is_measured=True).log_odds) == 0
+    assert len(predict_balls(network, patches[:0], LIGHT).log_odds) == 0
 
 
 @pytest.mark.parametrize("turn", [(-1, -1), (-1, 1), (1, -1)])
@@ -95,9 +98,8 @@ def test_estimates_of_turned_patches_are_turned_back(turn: tuple[int, int]) -> N
     network, *_ = default_networks().refinement_networks(10.0)
     patches = np.random.default_rng(2).normal(size=(4, 25, 25)).astype(np.float32)
     u, v = sign = np.array(turn)
-    lamp = np.array([0.3, 0.1])
-    upright = predict_balls(network, patches, lamp, lamp_is_measured=True)
-    again = predict_turned(network, patches[:, ::v, ::u], sign * lamp, True, turn)
+    upright = predict_balls(network, patches, LIGHT)
+    again = predict_turned(network, patches[:, ::v, ::u], LIGHT.turned(turn), turn)
     assert again.offset == pytest.approx(sign * upright.offset)
     assert again.covariance == pytest.approx(np.outer(sign, sign) * upright.covariance)
     assert again.lamp == pytest.approx(sign * upright.lamp)
