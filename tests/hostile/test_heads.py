@@ -1,8 +1,11 @@
 """Heads of requests that are too long, or that two readers could read differently (request smuggling)."""
 
+import re
+
 import pytest
 
 from tests.hostile.attack import connect, exchange, harmless, head, received, status
+from tests.hostile.liveness import cpu_clock_s
 from tests.http.harness import Service, wait_for
 
 GET = "GET /v1/health HTTP/1.1"
@@ -121,13 +124,27 @@ def test_chunks_that_are_broken_or_too_small(service: Service, chunks: bytes) ->
 
 
 def test_pipelined_requests_are_answered_in_order(service: Service) -> None:
-    paths = [f"/v1/jobs/none-{n}" for n in range(100)]
-    with harmless(service, requests=6), connect(service) as connection:
-        connection.sendall(b"".join(head(service, f"GET {path} HTTP/1.1") for path in paths))
-        answers = b""
-        while answers.count(b"job-not-found") < len(paths):
-            answers += connection.recv(65536)
-    assert answers.count(b"HTTP/1.1 404") == len(paths)
+    """They cost no more than the same requests of which each waits for the answer before it."""
+    names = ["job" if n % 3 else "surgery" for n in range(100)]
+    paths = {"job": "/v1/jobs/none", "surgery": "/v1/surgeries/none"}
+    heads = [head(service, f"GET {paths[name]} HTTP/1.1") for name in names]
+
+    def cost_s(*parts: list[bytes]) -> float:
+        before = cpu_clock_s(service.server.pid)
+        answers, expected = b"", 0
+        with connect(service) as connection:
+            for part in parts:
+                connection.sendall(b"".join(part))
+                expected += len(part)
+                while answers.count(b"-not-found") < expected:
+                    answers += connection.recv(65536)
+        assert re.findall(r"problem:(\w+)-not-found", answers.decode()) == names
+        return cpu_clock_s(service.server.pid) - before
+
+    one_by_one = cost_s(*([one] for one in heads))
+    with harmless(service, requests=len(heads)):
+        pipelined = cost_s(heads)
+    assert pipelined <= 2.0 * one_by_one
 
 
 def test_a_request_after_a_body_that_was_not_read(service: Service) -> None:
