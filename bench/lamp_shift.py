@@ -2,7 +2,7 @@
 
 The median error of the sure centres of a view is compared with the direction of the lamp that its rig makes probable.
 The table gives the coefficient k of k s |l| l, radii, for the direction l and stated standard deviations s. Where k
-differs from zero by more than its error, all triads of such pairs are displaced in depth (docs/detection.md).
+differs from zero by more than its error, all triads of such pairs are displaced in depth (docs/looks.md).
 """
 
 from __future__ import annotations

@@ -89,9 +89,9 @@ _KINDS = (
         "image",
         "The image was compressed as JPEG, of quality 90 or less. Centres are less accurate; the networks state so,"
         " and"
-        " deviations are enlarged further by what they miss (`detection.md`).",
+        " deviations are enlarged further by what they miss (`image-quality.md`).",
         "Send the camera's frame as PNG or TIFF, without lossy compression.",
-        "0 of 58 sound rendered and real images, and 0 of 522 variants of them (`detection.md`, Image quality)",
+        "0 of 58 sound rendered and real images, and 0 of 522 variants of them (`image-quality.md`)",
     ),
     FlagKind(
         "image-damaged",
@@ -99,7 +99,7 @@ _KINDS = (
         "A part of the image is lost: the gray levels of a JPEG jump from one block on, or an area has one gray level"
         " without noise. Balls may be displaced together, which is a false depth.",
         "Copy the file again, or take the stage again.",
-        "0 of 58 sound rendered and real images, and 0 of 522 variants of them (`detection.md`, Image quality)",
+        "0 of 58 sound rendered and real images, and 0 of 522 variants of them (`image-quality.md`)",
     ),
     FlagKind(
         "image-blurred",
@@ -108,7 +108,7 @@ _KINDS = (
         " are"
         " enlarged with the width.",
         "Focus both cameras; expose for a shorter time, in apnoea.",
-        "0 of 38 sound rendered images of stages, and 0 of 228 variants of them (`detection.md`, Image quality)",
+        "0 of 38 sound rendered images of stages, and 0 of 228 variants of them (`image-quality.md`)",
     ),
     FlagKind(
         "image-banded",
@@ -116,7 +116,7 @@ _KINDS = (
         "The brightness changes in periodic bands over the height: the shutter rolls while the lamps flicker. The"
         " centres are hardly affected, but rows are exposed at different times.",
         "Expose for whole periods of the mains, or use lamps without flicker.",
-        "0 of 58 sound rendered and real images, and 0 of 522 variants of them (`detection.md`, Image quality)",
+        "0 of 58 sound rendered and real images, and 0 of 522 variants of them (`image-quality.md`)",
     ),
     FlagKind(
         "image-interlaced",
@@ -124,35 +124,35 @@ _KINDS = (
         "The fields of an interlaced frame were exposed at different times, or one field was doubled. Deviations are"
         " enlarged by what was measured for such frames.",
         "Send whole frames, whose rows are exposed at the same time.",
-        "0 of 58 sound rendered and real images, and 0 of 522 variants of them (`detection.md`, Image quality)",
+        "0 of 58 sound rendered and real images, and 0 of 522 variants of them (`image-quality.md`)",
     ),
     FlagKind(
         "image-coarse",
         "image",
         "The image has far fewer gray levels than its range.",
         "Export the image with 8 bits or more.",
-        "0 of 58 sound rendered and real images, and 0 of 522 variants of them (`detection.md`, Image quality)",
+        "0 of 58 sound rendered and real images, and 0 of 522 variants of them (`image-quality.md`)",
     ),
     FlagKind(
         "image-noisy",
         "image",
         "The noise is so large that balls may be missed.",
         "Use more light and less amplification.",
-        "0 of 58 sound rendered and real images, and 0 of 522 variants of them (`detection.md`, Image quality)",
+        "0 of 58 sound rendered and real images, and 0 of 522 variants of them (`image-quality.md`)",
     ),
     FlagKind(
         "image-negative",
         "image",
         "Balls are found in the negative of the image only.",
         "Export the image with black as zero.",
-        "0 of 38 sound rendered images of stages, and 0 of 228 variants of them (`detection.md`, Image quality)",
+        "0 of 38 sound rendered images of stages, and 0 of 228 variants of them (`image-quality.md`)",
     ),
     FlagKind(
         "exposure-unequal",
         "image",
         "One view is much darker than the other.",
         "Give both cameras the same exposure; look for a covered lens or a closed aperture.",
-        "0 of 38 sound rendered images of stages, and 0 of 228 variants of them (`detection.md`, Image quality)",
+        "0 of 38 sound rendered images of stages, and 0 of 228 variants of them (`image-quality.md`)",
     ),
     FlagKind(
         "pixel-defect",

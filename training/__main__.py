@@ -1,9 +1,10 @@
 """``python -m training --out FILE``: draw simulated examples, train the ball networks, write their weights.
 
 For each size of balls two refinement networks are fitted: one to examples of all looks, and one to examples of usual
-looks, of glossy balls in clean and sharp images. With the default options it takes about two hours on two cores, and
-the same seed gives the same networks except for rounding, which depends on the machine. docs/detection.md says what the
-networks that ship were fitted to. Needs PyTorch.
+looks, of glossy balls in clean and sharp images. The odds of all networks are then fitted again, to examples whose
+places without a ball the proposal network takes for one. With the default options it takes about two and a half hours
+on two cores, and the same seed gives the same networks except for rounding, which depends on the machine.
+docs/networks.md says what the networks that ship were fitted to. Needs PyTorch.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from spinewatch.simulation.images.examples import FAMILIES, ExampleParameters
 from training.draw import draw, joined, without
 from training.fit import Architecture
 from training.fit_all import Fit, fit_all
+from training.odds import refit_odds
 
 SMALL_GRID, LARGE_GRID = PatchGrid(25, 5.0), PatchGrid(49, 10.0)
 """Samples of patches of balls of usual size, and of those in large images, which keep their detail."""
@@ -37,6 +39,8 @@ SMALL_EXAMPLES = ExampleParameters(SMALL_GRID, (7.0, 13.5), wider=32.0)
 LARGE_EXAMPLES = ExampleParameters(LARGE_GRID, (14.0, 36.0), wider=36.0)
 UNUSUAL = tuple(family for family in FAMILIES if family != "glossy")
 """Families of looks that the network for usual looks is not trained on."""
+PRESENT_AMONG_HARD = 0.6
+"""Fraction of worlds with a ball of which there are hard negatives."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -63,6 +67,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         help="examples of all looks, further ones of usual looks, those of large balls",
     )
     parser.add_argument(
+        "--hard",
+        type=int,
+        nargs=2,
+        default=(60_000, 12_000),
+        metavar=("SMALL", "LARGE"),
+        help="examples with hard negatives, those of large balls",
+    )
+    parser.add_argument(
         "--epochs",
         type=int,
         nargs=4,
@@ -86,14 +98,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
         fits = (
             Fit(SMALL, of_all, small),
             Fit(LARGE, of_large, large),
-            Fit(SMALL_USUAL, joined([without(of_all, UNUSUAL), of_usual]), usual),
+            Fit(SMALL_USUAL, joined([without(of_all, UNUSUAL), of_usual]), usual, UNUSUAL),
             Fit(LARGE, of_large, large, UNUSUAL),
             Fit(PROPOSAL, of_all, proposal),
         )
         fitted = fit_all(fits, options.seed, options.processes, progress)
-    for network, errors in fitted:
+        proposing = fitted[-1][0]
+        of_hard, of_large_hard = (
+            draw(
+                replace(parameters, present=PRESENT_AMONG_HARD, deceived=proposing),
+                count,
+                options.seed,
+                options.processes,
+                progress,
+            )
+            for parameters, count in zip((SMALL_EXAMPLES, LARGE_EXAMPLES), options.hard, strict=True)
+        )
+    networks = []
+    for (network, errors), each in zip(fitted, fits, strict=True):
+        examples = of_hard if network.grid == SMALL_GRID else of_large_hard
+        refitted, before, after = refit_odds(network, without(examples, each.left_out), options.seed)
         console.print(f"{network.grid.size} x {network.grid.size} {errors}", highlight=False)
-    *refining, proposing = (network for network, _ in fitted)
+        console.print(f"hard negatives before: {before}; after: {after}", highlight=False)
+        networks.append(refitted)
+    *refining, proposing = networks
     options.out.write_bytes(write_networks(BallNetworks(proposing, tuple(refining))))
     return 0
 

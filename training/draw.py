@@ -41,8 +41,10 @@ def draw(
     """
     sizes = [min(_CHUNK, count - start) for start in range(0, count, _CHUNK)]
     grid = parameters.grid.size
-    seeds = np.random.SeedSequence([seed, grid, len(parameters.left_out)]).spawn(len(sizes))
+    hard = parameters.deceived is not None
+    seeds = np.random.SeedSequence([seed, grid, len(parameters.left_out), int(hard)]).spawn(len(sizes))
     looks = "usual looks" if parameters.left_out else "all looks"
+    looks += ", hard negatives" if hard else ""
     task = progress.add_task(f"examples of {grid} x {grid}, {looks}", total=count)
     parts = []
     with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:

@@ -194,10 +194,8 @@ def fit(
     torch.set_num_threads(1)
     torch.manual_seed(seed)
     model = _model(architecture)
-    patches = torch.from_numpy(normalize(examples.patches.astype(np.float32)))[:, None]
     rng = np.random.default_rng(seed)
-    columns = [getattr(examples, name) for name in _TRUTH]
-    truth = torch.from_numpy(np.column_stack(columns).astype(np.float32))
+    patches, truth = as_tensors(examples)
     held_out = len(patches) - HELD_OUT
     used = torch.arange(held_out)
     if left_out:
@@ -209,8 +207,9 @@ def fit(
     for _ in range(epochs):
         order = used[torch.randperm(len(used))]
         for batch in order[: batches * BATCH].split(BATCH):
-            light = _light(rng, examples.up[batch], truth[batch].numpy())
-            some_patches, some_light, some_truth = _augmented(patches[batch], light, truth[batch])
+            some_patches, some_light, some_truth = augmented(
+                patches[batch], truth[batch], examples.up[batch], rng
+            )
             optimizer.zero_grad()
             _loss(model(some_patches, some_light), some_truth).backward()
             optimizer.step()
@@ -239,6 +238,37 @@ def _model(architecture: Architecture) -> _Model:
     )
 
 
+def as_tensors(examples: Examples) -> tuple[Tensor, Tensor]:
+    """Return the normalized patches (n, 1, size, size) of examples, and their truth (n, 9)."""
+    patches = torch.from_numpy(normalize(examples.patches.astype(np.float32)))[:, None]
+    columns = [getattr(examples, name) for name in _TRUTH]
+    return patches, torch.from_numpy(np.column_stack(columns).astype(np.float32))
+
+
+def augmented(
+    patches: Tensor, truth: Tensor, up: Single, rng: np.random.Generator
+) -> tuple[Tensor, Tensor, Tensor]:
+    """Return a batch with random errors of the light's inputs, mirrored and transposed at random.
+
+    Parameters
+    ----------
+    patches
+        Normalized patches, shape (n, 1, size, size).
+    truth
+        Their truth, shape (n, 9).
+    up
+        Expected directions of the lamp, shape (n, 2).
+    rng
+        Source of random numbers for the inputs of the light; the others are PyTorch's.
+
+    Returns
+    -------
+    patches, light, truth : Tensor
+        The batch, with the inputs (n, 7) of the light.
+    """
+    return _turned(patches, _light(rng, up, truth.numpy()), truth)
+
+
 def _light(rng: np.random.Generator, up: Single, truth: Single) -> Tensor:
     """Return inputs of the light (n, 7): of some examples measured ones, of others the expected direction alone."""
     n = len(up)
@@ -265,7 +295,7 @@ def _expected_light(up: Single) -> Tensor:
     return torch.from_numpy(lighting_inputs(up.astype(float), unknown, np.zeros(n), unknown))
 
 
-def _augmented(patches: Tensor, light: Tensor, truth: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+def _turned(patches: Tensor, light: Tensor, truth: Tensor) -> tuple[Tensor, Tensor, Tensor]:
     """Return a batch that is mirrored and transposed at random, so that light comes from all sides."""
     light, truth = light.clone(), truth.clone()
     mirror_u, mirror_v, transpose = (torch.rand(3) < 0.5).tolist()

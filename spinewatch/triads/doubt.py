@@ -54,11 +54,11 @@ class DoubtParameters:
     """
 
     max_chance: float = 0.1
-    intercept: float = -4.576
-    gain: float = -0.297
-    misfit: float = 2.239
-    spread: float = 2.553
-    deviation: float = 3.512
+    intercept: float = -2.641
+    gain: float = -0.344
+    misfit: float = 1.839
+    spread: float = 1.672
+    deviation: float = 2.373
     max_gain: float = 20.0
 
 
@@ -102,7 +102,7 @@ class TriadEvidence:
         >>> observed = [14.0, 4.0], [0.5, 1.2], [0.3, 1.2], [0.0, 1.0]
         >>> evidence = TriadEvidence(*map(np.array, observed))
         >>> evidence.chances(DoubtParameters()).round(3)
-        array([0.001, 0.971])
+        array([0.002, 0.929])
         """
         p = parameters
         log_odds = (

@@ -16,12 +16,12 @@ from spinewatch.arrays import Bool, Float
 
 @dataclass(frozen=True)
 class LookParameters:
-    """Limits of a usual look. On simulated balls 95% and 0.03 are usual; matte, smeared and dim ones are beyond them.
+    """Limits of a usual look. On simulated balls 97% and 0.03 are usual; matte, smeared and dim ones are beyond them.
 
     Attributes
     ----------
     min_odds
-        Least odds of a ball for a network to see one.
+        Least odds of a ball with which a network does not rule one out.
     min_balls
         Least number of balls of both views that both networks see; with fewer nothing is known of their look.
     min_agreement
@@ -30,7 +30,7 @@ class LookParameters:
         Largest median deviation of the centres of these per axis, radii of the ball.
     """
 
-    min_odds: float = 3.0
+    min_odds: float = 0.3
     min_balls: int = 8
     min_agreement: float = 0.85
     max_sd: float = 0.03

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spinewatch.arrays import Bool, Float, Int, Single
-from spinewatch.detection.refinement.networks import MIN_CONTRAST
+from spinewatch.detection.refinement.networks import MIN_CONTRAST, BallNetwork
 from spinewatch.detection.refinement.patches import PatchGrid, cut_patches
 from spinewatch.imaging.tone import patch_tone
+from spinewatch.simulation.images.hard_negatives import hard_negative
 from spinewatch.simulation.images.random_worlds import random_world
 from spinewatch.simulation.images.ray_tracing import trace
 from spinewatch.simulation.images.sensor import SensorModel, expose, random_sensor
@@ -48,10 +49,10 @@ _STRONG = 0.3
 
 _EXPOSURES = 2
 """Examples of each world, by different sensors."""
-_PRESENT = 0.72
-"""Fraction of worlds with a ball."""
+_HARD = 0.7
+"""Fraction of the worlds without a ball whose patch is at a hard negative, if there is a network to find one."""
 _MISPLACED = 0.08
-"""Fraction of those whose patch is not centred on the ball."""
+"""Fraction of the worlds with a ball whose patch is not centred on it."""
 _MAX_OFFSET = 0.5
 """Maximum distance of the patch's middle from the ball's centre, in radii, for the patch to show a ball."""
 _TEXTURES = 40
@@ -78,6 +79,10 @@ class ExampleParameters:
         Minimum number of rays across a ball.
     left_out
         Families of looks to which no example belongs.
+    present
+        Fraction of the worlds with a ball.
+    deceived
+        Network that finds hard negatives; None for places chosen at random, or dark ones.
     """
 
     grid: PatchGrid
@@ -86,6 +91,8 @@ class ExampleParameters:
     wider_share: float = 0.2
     samples: int = 28
     left_out: tuple[str, ...] = ()
+    present: float = 0.72
+    deceived: BallNetwork | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,6 +185,7 @@ class _Shot:
     """A traced image of a world, not exposed yet: of `half` px about a pixel on each side, and its ball's centre."""
 
     world: World
+    hard: bool
     ball_px: Float
     half: Int
     centre: Float
@@ -188,9 +196,20 @@ class _Shot:
 
 def _random_shot(rng: np.random.Generator, textures: Single, p: ExampleParameters) -> _Shot:
     """Return an image of a random world."""
-    present = bool(rng.random() < _PRESENT)
-    world = _drawn(lambda: random_world(rng, textures, present), _families_of_world, p)
-    ball_px = _random_size(rng, p)
+    present = bool(rng.random() < p.present)
+
+    def draw_world() -> World:
+        return _drawn(lambda: random_world(rng, textures, present), _families_of_world, p)
+
+    network, place = p.deceived, np.zeros(2)
+    hard = network is not None and not present and bool(rng.random() < _HARD)
+    if network is not None and hard:
+        ball_px = _random_size(rng, p)
+        world, place = hard_negative(
+            network, ball_px, draw_world, lambda: _random_sensor(rng, ball_px, p), rng
+        )
+    else:
+        world, ball_px = draw_world(), _random_size(rng, p)
     half = np.ceil((p.grid.size / (2 * p.grid.radius) + 0.45) * ball_px / 2).astype(int) + 4
     # Most features are accurate to a fraction of a pixel, some are not.
     error = rng.normal(0, 0.05, 2) if rng.random() < 0.7 else rng.uniform(-0.4, 0.4, 2)
@@ -200,22 +219,22 @@ def _random_shot(rng: np.random.Generator, textures: Single, p: ExampleParameter
         (np.arange((2 * n + 1) * samples) + 0.5) / samples - 0.5 - c
         for n, c in zip(half, centre, strict=True)
     )
-    u, v = np.meshgrid((x / (ball_px[0] / 2)).astype(np.float32), (-y / (ball_px[1] / 2)).astype(np.float32))
+    x, y = x / (ball_px[0] / 2) + place[0], -y / (ball_px[1] / 2) + place[1]
+    u, v = np.meshgrid(x.astype(np.float32), y.astype(np.float32))
     radiance, shown = trace(world, u, v, ground_step=min(samples, 2))
     visible = float(shown.sum() / (u * u + v * v < 1).sum()) if world.present else 0.0
-    return _Shot(world, ball_px, half, centre, samples, radiance, visible)
+    return _Shot(world, hard, ball_px, half, centre, samples, radiance, visible)
 
 
 def _exposed(rng: np.random.Generator, shot: _Shot, p: ExampleParameters) -> tuple[Single, Single]:
     """Return a patch and its truth (10 + k,): ball, offset, visible, log size, up, lamp, log height, families."""
     world, ball_px, half, centre = shot.world, shot.ball_px, shot.half, shot.centre
-    size = (float(ball_px[0]), float(ball_px[1]))
-    sensor = _drawn(lambda: random_sensor(rng, size), _families_of_sensor, p)
+    sensor = _random_sensor(rng, ball_px, p)
     tone = patch_tone(expose(shot.radiance, shot.samples, sensor, rng))
     assumed = ball_px * np.exp(rng.normal(0, 0.03 if rng.random() < 0.5 else 0.1))
     middle = half
     if not world.present:
-        middle = _darkest(tone, half, ball_px) if rng.random() < 0.7 else half
+        middle = _darkest(tone, half, ball_px) if not shot.hard and rng.random() < 0.7 else half
     elif rng.random() < _MISPLACED:
         azimuth, distance = rng.uniform(0, 2 * np.pi), rng.uniform(0.6, 1.6)
         middle = np.rint(
@@ -237,6 +256,11 @@ def _exposed(rng: np.random.Generator, shot: _Shot, p: ExampleParameters) -> tup
         *(families[name] for name in FAMILIES),
     ]
     return patch, np.array(truth, np.float32)
+
+
+def _random_sensor(rng: np.random.Generator, ball_px: Float, p: ExampleParameters) -> SensorModel:
+    size = (float(ball_px[0]), float(ball_px[1]))
+    return _drawn(lambda: random_sensor(rng, size), _families_of_sensor, p)
 
 
 _Drawn = TypeVar("_Drawn")

@@ -2,6 +2,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from spinewatch.detection.refinement.lighting import Lighting
+from spinewatch.detection.refinement.network_file import default_networks
+from spinewatch.detection.refinement.networks import predict_balls
 from spinewatch.detection.refinement.patches import PatchGrid
 from spinewatch.simulation.images.examples import FAMILIES, ExampleParameters, random_examples
 
@@ -58,3 +61,14 @@ def test_no_example_belongs_to_a_family_that_is_left_out() -> None:
     assert not any(family[name].any() for name in left_out)
     assert np.all(family["glossy"][examples.ball])
     assert 0 < examples.ball.sum() < 60
+
+
+def test_places_without_a_ball_deceive_a_network_more_if_it_finds_them() -> None:
+    network = default_networks().proposal
+    half = replace(PARAMETERS, present=0.5)
+    odds = []
+    for parameters in (half, replace(half, deceived=network)):
+        examples = random_examples(np.random.default_rng(10), 60, parameters)
+        negatives = examples.patches[~examples.ball].astype(np.float32)
+        odds.append(predict_balls(network, negatives, Lighting.expected(np.zeros(2))).log_odds)
+    assert np.median(odds[1]) > np.median(odds[0]) + 0.5
