@@ -155,9 +155,9 @@ class BallDetector:
 
         proposals = both(propose_in, 0, 1, pool)
         count = max(map(len, places)) + p.n_shared
-        seen = refine(
-            proposals, replace(p, n_refined=count, n_rotated=count, n_kept=count), pool, any_look=True
-        )
+        least = min(detection.features.score.min(initial=1.0) for detection in found)
+        all_places = replace(p, n_refined=count, n_rotated=count, n_kept=count, min_score=float(least))
+        seen = refine(proposals, all_places, pool, any_look=True)
         detections = []
         for number, view in enumerate(seen):
             before = found[number]

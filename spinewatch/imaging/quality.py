@@ -97,7 +97,7 @@ class QualityParameters:
     min_flat_noise_levels: float = 0.7
     flat_margin_levels: int = 8
     max_exposure_ratio: float = 1.6
-    min_ball_score: float = 0.7
+    min_ball_score: float = 0.62
     min_balls: int = 6
     min_negative_ratio: float = 3.0
 

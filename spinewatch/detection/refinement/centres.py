@@ -54,6 +54,8 @@ class CentreParameters:
         Number of best proposals per view that are refined.
     n_rotated
         Number of the best of these that are refined in all orientations.
+    min_score
+        Least score of a feature that is refined in all orientations.
     n_kept
         Number of features per view to return at most.
     min_odds
@@ -86,6 +88,7 @@ class CentreParameters:
     n_shared: int = 24
     n_refined: int = 60
     n_rotated: int = 24
+    min_score: float = 0.0
     n_kept: int = 150
     min_odds: float = 30.0
     min_balls: int = 4
@@ -354,6 +357,7 @@ def _refine(part: _Part, shared: Shared, lighting: Lighting, p: CentreParameters
     score[refined] = _score(upright, view.similarity[refined], p)
 
     first = _best(score[refined], p.n_rotated)
+    first = first[score[refined[first]] >= p.min_score]
     best = refined[first]
     turned, centres = zip(*(for_turned.at(centre[best], turn) for turn in part.turns), strict=True)
     centre[best] = np.mean([centre[best], *centres], axis=0)

@@ -103,6 +103,21 @@ def test_the_second_orientation_lowers_the_covariance(sample: tuple[NominalView,
     assert np.median(ratio) == pytest.approx(0.9**2, abs=0.15)
 
 
+def test_features_of_a_low_score_are_not_refined_in_all_orientations(
+    sample: tuple[NominalView, Pixels, Features],
+) -> None:
+    every, upright, some = (
+        refined(*sample, CentreParameters(min_score=least, look=LookParameters(max_sd=0.0)))
+        for least in (0.0, 1.0, 0.6)
+    )
+    high, low = every.score >= 0.6, some.score < 0.6
+    assert 0 < high.sum() < len(every)
+    assert np.array_equal(some.xy_px[: high.sum()], every.xy_px[high])
+    for features in (some.take(np.flatnonzero(low)), upright):
+        distance = np.linalg.norm(features.xy_px[:, None] - upright.xy_px, axis=2).min(axis=1)
+        assert np.all(distance == 0)
+
+
 def test_the_network_of_all_looks_counts_when_the_look_is_not_usual(
     sample: tuple[NominalView, Pixels, Features],
 ) -> None:
