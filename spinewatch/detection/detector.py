@@ -156,8 +156,8 @@ class BallDetector:
         proposals = both(propose_in, 0, 1, pool)
         count = max(map(len, places)) + p.n_shared
         least = min(detection.features.score.min(initial=1.0) for detection in found)
-        all_places = replace(p, n_refined=count, n_rotated=count, n_kept=count, min_score=float(least))
-        seen = refine(proposals, all_places, pool, any_look=True)
+        all_places = replace(p, n_refined=count, n_rotated=count, n_kept=count)
+        seen = refine(proposals, all_places, pool, any_look=True, min_score=float(least))
         detections = []
         for number, view in enumerate(seen):
             before = found[number]

@@ -54,8 +54,6 @@ class CentreParameters:
         Number of best proposals per view that are refined.
     n_rotated
         Number of the best of these that are refined in all orientations.
-    min_score
-        Least score of a feature that is refined in all orientations.
     n_kept
         Number of features per view to return at most.
     min_odds
@@ -88,7 +86,6 @@ class CentreParameters:
     n_shared: int = 24
     n_refined: int = 60
     n_rotated: int = 24
-    min_score: float = 0.0
     n_kept: int = 150
     min_odds: float = 30.0
     min_balls: int = 4
@@ -233,6 +230,7 @@ def refine(
     pool: Executor | None = None,
     *,
     any_look: bool = False,
+    min_score: float = 0.0,
 ) -> tuple[RefinedView, RefinedView]:
     """Return the features of both views with refined centres, most probable balls first.
 
@@ -246,6 +244,8 @@ def refine(
         Executes the right view at the same time as the left one; None for one after the other.
     any_look
         Whether the network for all looks makes all passes, whether or not the balls look usual.
+    min_score
+        Least score of a feature that is refined in all orientations.
 
     Returns
     -------
@@ -256,12 +256,12 @@ def refine(
     p = parameters
     if not any_look:
         parts = [_Part(view, view.networks[-1], view.networks[0], (_ROTATED,)) for view in proposals]
-        views, looks = _refine_both(parts, p, pool)
+        views, looks = _refine_both(parts, p, pool, min_score)
         if is_usual(looks, p.look):
             return views
     turns = (_ROTATED, _MIRRORED)
     parts = [_Part(view, view.networks[0], view.networks[0], turns) for view in proposals]
-    views, _ = _refine_both(parts, p, pool)
+    views, _ = _refine_both(parts, p, pool, min_score)
     return views
 
 
@@ -284,7 +284,7 @@ class _Part:
 
 
 def _refine_both(
-    parts: Sequence[_Part], p: CentreParameters, pool: Executor | None
+    parts: Sequence[_Part], p: CentreParameters, pool: Executor | None, min_score: float
 ) -> tuple[tuple[RefinedView, RefinedView], tuple[Look, Look]]:
     """Return the features of both views, and how their balls look."""
     shared = both(lambda part: measure_shared(part.view, part.for_upright, p), parts[0], parts[1], pool)
@@ -294,7 +294,9 @@ def _refine_both(
     else:
         light = [Lighting.expected(lamp) for lamp in lamps]
     left, right = zip(parts, shared, light, strict=True)
-    (left_view, left_look), (right_view, right_look) = both(lambda part: _refine(*part, p), left, right, pool)
+    (left_view, left_look), (right_view, right_look) = both(
+        lambda part: _refine(*part, p, min_score), left, right, pool
+    )
     return (left_view, right_view), (left_look, right_look)
 
 
@@ -343,7 +345,9 @@ def measure_shared(view: Proposals, network: BallNetwork, p: CentreParameters) -
     return Shared(view.ball_px * _size_ratio(refined, p), lamp, centre)
 
 
-def _refine(part: _Part, shared: Shared, lighting: Lighting, p: CentreParameters) -> tuple[RefinedView, Look]:
+def _refine(
+    part: _Part, shared: Shared, lighting: Lighting, p: CentreParameters, min_score: float
+) -> tuple[RefinedView, Look]:
     """Return the features of one view and how its balls look, given its light."""
     view, ball_px, centre = part.view, shared.ball_px, shared.centre
     for_upright, for_turned = (
@@ -357,7 +361,7 @@ def _refine(part: _Part, shared: Shared, lighting: Lighting, p: CentreParameters
     score[refined] = _score(upright, view.similarity[refined], p)
 
     first = _best(score[refined], p.n_rotated)
-    first = first[score[refined[first]] >= p.min_score]
+    first = first[score[refined[first]] >= min_score]
     best = refined[first]
     turned, centres = zip(*(for_turned.at(centre[best], turn) for turn in part.turns), strict=True)
     centre[best] = np.mean([centre[best], *centres], axis=0)

@@ -37,14 +37,18 @@ def rig() -> Rig:
 
 
 def refined(
-    view: NominalView, image: Pixels, candidates: Features, p: CentreParameters | None = None
+    view: NominalView,
+    image: Pixels,
+    candidates: Features,
+    p: CentreParameters | None = None,
+    min_score: float = 0.0,
 ) -> Features:
     """Refine a left view beside a right one without candidates."""
     p, networks = p or CentreParameters(), default_networks()
     nothing = Frame(np.full((9, 9), 7, np.uint8), "right")
     left = propose(view, Frame(image, "left"), candidates, networks, p)
     right = propose(view, nothing, Features.empty(), networks, p)
-    found, none = refine((left, right), p)
+    found, none = refine((left, right), p, min_score=min_score)
     assert len(none.features) == len(none.discarded) == 0
     return found.features
 
@@ -107,7 +111,7 @@ def test_features_of_a_low_score_are_not_refined_in_all_orientations(
     sample: tuple[NominalView, Pixels, Features],
 ) -> None:
     every, upright, some = (
-        refined(*sample, CentreParameters(min_score=least, look=LookParameters(max_sd=0.0)))
+        refined(*sample, CentreParameters(look=LookParameters(max_sd=0.0)), least)
         for least in (0.0, 1.0, 0.6)
     )
     high, low = every.score >= 0.6, some.score < 0.6
