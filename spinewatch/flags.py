@@ -88,8 +88,7 @@ _KINDS = (
         "image-compressed",
         "image",
         "The image was compressed as JPEG, of quality 90 or less. Centres are less accurate; the networks state so,"
-        " and"
-        " deviations are enlarged further by what they miss (`image-quality.md`).",
+        " and deviations are enlarged further by what they miss (`image-quality.md`).",
         "Send the camera's frame as PNG or TIFF, without lossy compression.",
         "0 of 58 sound rendered and real images, and 0 of 522 variants of them (`image-quality.md`)",
     ),
@@ -105,8 +104,7 @@ _KINDS = (
         "image-blurred",
         "image",
         "Edges at the balls are wide: the lens is out of focus, or something moved during the exposure. Deviations"
-        " are"
-        " enlarged with the width.",
+        " are enlarged with the width.",
         "Focus both cameras; expose for a shorter time, in apnoea.",
         "0 of 38 sound rendered images of stages, and 0 of 228 variants of them (`image-quality.md`)",
     ),

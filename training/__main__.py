@@ -40,7 +40,7 @@ LARGE_EXAMPLES = ExampleParameters(LARGE_GRID, (14.0, 36.0), wider=36.0)
 UNUSUAL = tuple(family for family in FAMILIES if family != "glossy")
 """Families of looks that the network for usual looks is not trained on."""
 PRESENT_AMONG_HARD = 0.6
-"""Fraction of worlds with a ball of which there are hard negatives."""
+"""Fraction of the worlds with a ball, among the examples with hard negatives."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -106,7 +106,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         proposing = fitted[-1][0]
         of_hard, of_large_hard = (
             draw(
-                replace(parameters, present=PRESENT_AMONG_HARD, deceived=proposing),
+                replace(parameters, present=PRESENT_AMONG_HARD, hard_for=proposing),
                 count,
                 options.seed,
                 options.processes,

@@ -41,7 +41,7 @@ def draw(
     """
     sizes = [min(_CHUNK, count - start) for start in range(0, count, _CHUNK)]
     grid = parameters.grid.size
-    hard = parameters.deceived is not None
+    hard = parameters.hard_for is not None
     seeds = np.random.SeedSequence([seed, grid, len(parameters.left_out), int(hard)]).spawn(len(sizes))
     looks = "usual looks" if parameters.left_out else "all looks"
     looks += ", hard negatives" if hard else ""

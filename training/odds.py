@@ -7,17 +7,15 @@ places without a ball a network takes for one. Its other outputs do not change.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
-from scipy.optimize import minimize
 from torch import Tensor
 from torch.nn import functional
 
 from spinewatch.arrays import Float, Single
-from spinewatch.detection.refinement.network_graph import Layer
+from spinewatch.detection.refinement.network_graph import NetworkGraph
 from spinewatch.detection.refinement.networks import OUTPUTS, BallNetwork
 from spinewatch.simulation.images.examples import Examples
 from training.fit import BATCH, as_tensors, augmented
@@ -72,63 +70,53 @@ def refit_odds(
         Errors of the log-odds before and after the fit.
     """
     torch.set_num_threads(1)
-    hidden = _hidden(network.layers[:-1], examples, seed)
+    hidden = _hidden(network, examples, seed)
     X = np.column_stack([hidden, np.ones(len(hidden))]).astype(np.float64)
     y = examples.ball.astype(np.float64)
     last = network.layers[-1]
     before = np.append(last.weights[0, 0, :, _LOG_ODDS], last.bias[_LOG_ODDS]).astype(np.float64)
-    held_out = slice(round((1 - HELD_OUT) * len(y)), None)
-    after = _logistic_fit(X[: held_out.start], y[: held_out.start], before)
+    fitted = round((1 - HELD_OUT) * len(y))
+    after = _logistic_fit(X[:fitted], y[:fitted], before)
     weights, bias = last.weights.copy(), last.bias.copy()
     weights[0, 0, :, _LOG_ODDS], bias[_LOG_ODDS] = after[:-1], after[-1]
     layers = (*network.layers[:-1], replace(last, weights=weights, bias=bias))
-    errors_before, errors_after = (_errors(X[held_out], y[held_out], w) for w in (before, after))
+    errors_before, errors_after = (_errors(X[fitted:], y[fitted:], w) for w in (before, after))
     return replace(network, layers=layers), errors_before, errors_after
 
 
-def _hidden(layers: Sequence[Layer], examples: Examples, seed: int) -> Single:
-    """Return the outputs (n, k) of rectified layers for augmented examples."""
+def _hidden(network: BallNetwork, examples: Examples, seed: int) -> Single:
+    """Return the inputs (n, k) of a network's last layer for augmented examples."""
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
     patches, truth = as_tensors(examples)
+    graph = NetworkGraph(network.layers[:-1], network.grid.size)
     parts = []
-    with torch.no_grad():
-        for batch in torch.arange(len(patches)).split(BATCH):
-            x, light, _ = augmented(patches[batch], truth[batch], examples.up[batch], rng)
-            for layer in layers:
-                x = torch.relu(_layer(layer, x, light))
-            parts.append(x.flatten(1).numpy())
-    return np.concatenate(parts)
-
-
-def _layer(layer: Layer, x: Tensor, light: Tensor) -> Tensor:
-    """Return the outputs of a layer before rectification."""
-    kernel = torch.from_numpy(np.ascontiguousarray(layer.weights.transpose(3, 2, 0, 1)))
-    out = functional.conv2d(x, kernel, torch.from_numpy(layer.bias), stride=layer.stride)
-    if layer.lighting is None:
-        return out
-    return out + (light @ torch.from_numpy(layer.lighting))[:, :, None, None]
+    for batch in torch.arange(len(patches)).split(BATCH):
+        some, light, _ = augmented(patches[batch], truth[batch], examples.up[batch], rng)
+        parts.append(graph(some[:, 0].numpy(), light.numpy()))
+    return np.maximum(np.concatenate(parts), 0)
 
 
 def _logistic_fit(X: Float, y: Float, start: Float) -> Float:
     """Return weights (k,) of inputs (n, k) for whether there is a ball (n,), near those at the start."""
     scale = X.std(axis=0)
     scale[scale == 0] = 1
-    Z, near = X / scale, start * scale
+    Z, near, ball = (torch.from_numpy(values) for values in (X / scale, start * scale, y))
+    w = near.clone().requires_grad_()
+    optimizer = torch.optim.LBFGS([w], max_iter=500, line_search_fn="strong_wolfe")
 
-    def loss(w: Float) -> tuple[float, Float]:
-        log_odds = Z @ w
-        chance = 1 / (1 + np.exp(-log_odds.clip(-50, 50)))
-        value = _log_loss(log_odds, y) + RIDGE / 2 * float(np.sum((w - near) ** 2))
-        return value, Z.T @ (chance - y) / len(y) + RIDGE * (w - near)
+    def loss() -> Tensor:
+        optimizer.zero_grad()
+        change = (w - near).square().sum()
+        value = functional.binary_cross_entropy_with_logits(Z @ w, ball) + RIDGE / 2 * change
+        value.backward()
+        return value
 
-    return np.asarray(minimize(loss, near, jac=True, method="L-BFGS-B", options={"maxiter": 500}).x / scale)
+    optimizer.step(loss)
+    return np.asarray(w.detach().numpy() / scale)
 
 
 def _errors(X: Float, y: Float, weights: Float) -> OddsErrors:
     log_odds = X @ weights
-    return OddsErrors(_log_loss(log_odds, y), float(np.mean((log_odds > 0) == (y > 0))))
-
-
-def _log_loss(log_odds: Float, y: Float) -> float:
-    return float(np.mean(np.logaddexp(0, log_odds) - y * log_odds))
+    log_loss = np.mean(np.logaddexp(0, log_odds) - y * log_odds)
+    return OddsErrors(float(log_loss), float(np.mean((log_odds > 0) == (y > 0))))

@@ -81,8 +81,8 @@ class ExampleParameters:
         Families of looks to which no example belongs.
     present
         Fraction of the worlds with a ball.
-    deceived
-        Network that finds hard negatives; None for places chosen at random, or dark ones.
+    hard_for
+        Network for which most places without a ball are hard negatives; None for dark places and random ones.
     """
 
     grid: PatchGrid
@@ -92,7 +92,7 @@ class ExampleParameters:
     samples: int = 28
     left_out: tuple[str, ...] = ()
     present: float = 0.72
-    deceived: BallNetwork | None = None
+    hard_for: BallNetwork | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,7 +201,7 @@ def _random_shot(rng: np.random.Generator, textures: Single, p: ExampleParameter
     def draw_world() -> World:
         return _drawn(lambda: random_world(rng, textures, present), _families_of_world, p)
 
-    network, place = p.deceived, np.zeros(2)
+    network, place = p.hard_for, np.zeros(2)
     hard = network is not None and not present and bool(rng.random() < _HARD)
     if network is not None and hard:
         ball_px = _random_size(rng, p)

@@ -32,6 +32,7 @@ _MARGIN = 0.3
 
 _AXIS = np.arange(-_REACH, _REACH + _STEP / 2, _STEP)
 _PLACES = np.stack(np.meshgrid(_AXIS, _AXIS), axis=-1).reshape(-1, 2)
+"""Places that are compared, x right and y up, shape (n, 2), radii."""
 
 
 def hard_negative(
@@ -81,17 +82,13 @@ def hard_negative(
     >>> world.present, place.shape
     (False, (2,))
     """
-    best_world, best_place, highest = draw_world(), np.zeros(2), -np.inf
-    for _ in range(_TRIED):
-        world = draw_world()
-        free = _without_ball(world)
-        if not free.any():
-            continue
-        odds = _log_odds(network, world, _PLACES[free], ball_px, draw_sensor(), rng)
-        best = int(np.argmax(odds))
-        if odds[best] > highest:
-            best_world, best_place, highest = world, _PLACES[free][best], odds[best]
-    return best_world, best_place
+    worlds = [draw_world() for _ in range(_TRIED)]
+    log_odds = [
+        np.where(_without_ball(world), _log_odds(network, world, ball_px, draw_sensor(), rng), -np.inf)
+        for world in worlds
+    ]
+    best, place = np.unravel_index(np.argmax(log_odds), (len(worlds), len(_PLACES)))
+    return worlds[best], _PLACES[place]
 
 
 def _without_ball(world: World) -> Bool:
@@ -103,21 +100,16 @@ def _without_ball(world: World) -> Bool:
 
 
 def _log_odds(
-    network: BallNetwork,
-    world: World,
-    places: Float,
-    ball_px: Float,
-    sensor: SensorModel,
-    rng: np.random.Generator,
+    network: BallNetwork, world: World, ball_px: Float, sensor: SensorModel, rng: np.random.Generator
 ) -> Float:
-    """Return the log-odds (n,) of a ball at places (n, 2) of an image with one ray per pixel."""
+    """Return the log-odds (n,) of a ball at the places, in an image with one ray per pixel."""
     radii = network.grid.size / (2 * network.grid.radius) + _REACH + _MARGIN
     half = np.ceil(radii * ball_px / 2).astype(int)
     x, y = ((np.arange(2 * n + 1) - n) / (size / 2) for n, size in zip(half, ball_px, strict=True))
     u, v = np.meshgrid(x.astype(np.float32), -y.astype(np.float32))
     radiance, _ = trace(world, u, v)
     tone = patch_tone(expose(radiance, 1, sensor, rng))
-    at = np.rint(half + places * (1, -1) * ball_px / 2).astype(np.intp)
+    at = np.rint(half + _PLACES * (1, -1) * ball_px / 2).astype(np.intp)
     patches = cut_patches(tone, at, (float(ball_px[0]), float(ball_px[1])), network.grid)
     up = world.up[:2].astype(np.float64) * (1, -1)
     return predict_balls(network, patches, Lighting.expected(up)).log_odds

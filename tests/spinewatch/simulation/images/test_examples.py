@@ -67,7 +67,7 @@ def test_places_without_a_ball_deceive_a_network_more_if_it_finds_them() -> None
     network = default_networks().proposal
     half = replace(PARAMETERS, present=0.5)
     odds = []
-    for parameters in (half, replace(half, deceived=network)):
+    for parameters in (half, replace(half, hard_for=network)):
         examples = random_examples(np.random.default_rng(10), 60, parameters)
         negatives = examples.patches[~examples.ball].astype(np.float32)
         odds.append(predict_balls(network, negatives, Lighting.expected(np.zeros(2))).log_odds)
