@@ -7,8 +7,6 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from math import sqrt
 
-import numpy as np
-
 from spinewatch.arrays import Float
 from spinewatch.camera import Rig
 from spinewatch.detection.candidates.search import CandidateMaps, Detection
@@ -327,7 +325,7 @@ class StageMeasurer:
             request.models,
             self.parameters.search.pose,
         )
-        chances = np.array([triad.chance_false or 0.0 for triad in search.triads])
+        chances = [triad.chance_false for triad in search.triads]
         triads = without_doubtful_poses(triads, chances, self.parameters.search.doubt.max_chance)
         flags = (*triad_flags(triads, request.expected), *variance_flags(factor, p))
         return (left, right), replace(search, triads=triads, flags=flags)

@@ -202,7 +202,7 @@ def get_image(
     take: TakeQuery = None,
     if_none_match: IfNoneMatch = None,
 ) -> Response:
-    """Get the original image file; its ETag is its SHA-256."""
+    """Get the image file, without the metadata that it came with; its ETag is the SHA-256 of what is stored."""
     with database.read() as session:
         stage = stages.measured(session, surgery_id, name, take)
         return file_response(session, stages.image(session, stage, pair, side), if_none_match)

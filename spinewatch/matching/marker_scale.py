@@ -78,11 +78,13 @@ class MarkerScale:
 
     @property
     def message(self) -> str:
-        """Description of a drift, with what would explain it."""
+        """Description of a drift, with what would explain it; yaw and base are proportional to it."""
+        relative_sd = self.total_sd / max(abs(self.scale - 1), self.total_sd)
+        yaw_deg = abs(self.yaw_deg)
         return (
-            f"markers measured {self.scale:.4f} +- {self.total_sd:.4f} of their size: if it was that alone, the right"
-            f" camera was rotated about the vertical by about {abs(self.yaw_deg):.2f} degrees, or the base changed by"
-            f" {self.base_mm:+.1f} mm"
+            f"markers measured {self.scale:.4f} ± {self.total_sd:.4f} of their size: if it was that alone, the right"
+            f" camera was rotated about the vertical by {yaw_deg:.2f} ± {yaw_deg * relative_sd:.2f} degrees, or the"
+            f" base changed by {self.base_mm:+.1f} ± {abs(self.base_mm) * relative_sd:.1f} mm"
         )
 
 

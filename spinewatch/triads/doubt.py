@@ -175,26 +175,26 @@ def triad_evidence(
 
 
 def without_doubtful_poses(
-    triads: Sequence[MeasuredTriad], chances: Float, max_chance: float
+    triads: Sequence[MeasuredTriad], chances: Sequence[float | None], max_chance: float
 ) -> tuple[MeasuredTriad, ...]:
-    """Return triads, without the poses of those that may be false.
+    """Return triads with the chances that they are false, without the poses of those that may be.
 
     Parameters
     ----------
     triads
         t measured triads.
     chances
-        Chances that they are false, shape (t,).
+        Chance of each that it is false, t of them; None where it is not known.
     max_chance
         Largest chance with which a triad keeps its pose.
 
     Returns
     -------
     tuple of MeasuredTriad
-        The triads. A ball that a person placed is beyond doubt, and so is its triad.
+        The triads. A ball that a person placed is beyond doubt, and so is its triad: it has no chance.
     """
     return tuple(
-        _doubtful(triad, float(chance)) if chance > max_chance and not _manual(triad) else triad
+        triad if chance is None or _manual(triad) else _rated(triad, chance, max_chance)
         for triad, chance in zip(triads, chances, strict=True)
     )
 
@@ -217,17 +217,23 @@ def without_unsupported_poses(triads: Sequence[MeasuredTriad]) -> tuple[Measured
         return tuple(triads)
     cause = f"so are {count} of the {len(triads) - 1} others"
     return tuple(
-        triad if triad.doubtful or _manual(triad) else _doubtful(triad, triad.chance_false or 0.0, cause)
-        for triad in triads
+        triad if triad.doubtful or _manual(triad) else _without_pose(triad, cause) for triad in triads
     )
+
+
+def _rated(triad: MeasuredTriad, chance: float, max_chance: float) -> MeasuredTriad:
+    """Return a triad with its chance, without its pose if that exceeds the largest one."""
+    rated = replace(triad, chance_false=chance)
+    if chance <= max_chance:
+        return rated
+    return _without_pose(rated, f"the chance that it is at a wrong place or has a wrong ball is {chance:.0%}")
 
 
 def _manual(triad: MeasuredTriad) -> bool:
     return any(ball.manual_in for ball in triad.balls.values())
 
 
-def _doubtful(triad: MeasuredTriad, chance: float, cause: str = "") -> MeasuredTriad:
-    """Return a triad without its pose, and without the balls that follow from it; the cause is its chance if empty."""
+def _without_pose(triad: MeasuredTriad, cause: str) -> MeasuredTriad:
+    """Return a doubtful triad: without its pose, and without the balls that follow from it."""
     balls = {name: ball for name, ball in triad.balls.items() if not ball.hidden_in}
-    cause = cause or f"the chance that it is at a wrong place or has a wrong ball is {chance:.0%}"
-    return replace(triad, balls=balls, pose=None, reason=f"{DOUBTFUL}: {cause}", chance_false=chance)
+    return replace(triad, balls=balls, pose=None, reason=f"{DOUBTFUL}: {cause}", doubtful=True)

@@ -198,7 +198,7 @@ def label_triads(
     p, known = parameters or LabelParameters(), known or KnownConfiguration()
     names = vertebra_names(labels, extra_levels)
     certain = [triad for triad in triads if not triad.doubtful]
-    placed = [triad for triad in triads if (triad.chance_false or 0.0) <= p.max_chance_false]
+    placed = [triad for triad in triads if not triad.doubtful or _keeps_its_place(triad, p)]
     labelled, flags = _labelled(in_order(certain, axis), names, axis, p, known, extra_levels)
     if len(placed) > len(certain) > 0 and labelled[0].label is None:
         with_doubtful, no_flags = _labelled(in_order(placed, axis), names, axis, p, known, extra_levels)
@@ -208,6 +208,10 @@ def label_triads(
     return tuple(
         of_triad.get(id(triad), LabelledTriad(None, DOUBTFUL, triad)) for triad in in_order(triads, axis)
     ), flags
+
+
+def _keeps_its_place(doubtful: MeasuredTriad, p: LabelParameters) -> bool:
+    return doubtful.chance_false is not None and doubtful.chance_false <= p.max_chance_false
 
 
 def _labelled(

@@ -127,7 +127,9 @@ class MeasuredTriad:
     dof
         Degrees of freedom of that.
     chance_false
-        Chance that it is at a wrong place or has a wrong ball, if it has no pose because of that; None otherwise.
+        Chance that it is at a wrong place or has a wrong ball; None if it was not rated, or if a person placed a ball.
+    doubtful
+        Whether it has no pose because of that chance, or because most triads of its stage are doubtful.
     """
 
     model: str
@@ -138,11 +140,7 @@ class MeasuredTriad:
     chi2: float = 0.0
     dof: int = 0
     chance_false: float | None = None
-
-    @property
-    def doubtful(self) -> bool:
-        """Whether it has no pose because it may be false."""
-        return self.chance_false is not None
+    doubtful: bool = False
 
     @property
     def position_mm(self) -> Float:

@@ -180,7 +180,7 @@ def match_triads(  # noqa: PLR0913
     triads = fit_poses(left, right, rig, selected, models, p.pose)
     if triads and left.visible is not None and right.visible is not None:
         evidence = triad_evidence(triads, selected, (left, right), points, rig, models, p.selection, axis)
-        triads = without_doubtful_poses(triads, evidence.chances(p.doubt), p.doubt.max_chance)
+        triads = without_doubtful_poses(triads, evidence.chances(p.doubt).tolist(), p.doubt.max_chance)
     return TriadSearch(triads, selected, points, triplets, triad_flags(triads, expected), occluded)
 
 

@@ -42,6 +42,6 @@ def test_no_stages_have_no_scale() -> None:
 
 
 def test_the_message_has_the_scale_and_what_would_explain_it() -> None:
-    assert "0.9950 +- 0.0020" in ONE.message
-    assert "0.15 degrees" in ONE.message
-    assert "+2.1 mm" in ONE.message
+    assert "0.9950 ± 0.0020" in ONE.message
+    assert "0.15 ± 0.06 degrees" in ONE.message
+    assert "+2.1 ± 0.8 mm" in ONE.message

@@ -91,8 +91,9 @@ def test_features_that_no_network_refined_raise_no_doubt() -> None:
 def test_no_triad_keeps_its_pose_when_most_are_doubtful() -> None:
     seen = observed()
     triads = search(refined(seen.left), refined(seen.right)).triads
-    half = without_doubtful_poses(triads, np.array([0.5, 0.5, 0.05, 0.01]), 0.1)
+    half = without_doubtful_poses(triads, [0.5, 0.5, 0.05, 0.01], 0.1)
     assert [t.doubtful for t in without_unsupported_poses(half)] == [True, True, False, False]
-    most = without_unsupported_poses(without_doubtful_poses(triads, np.array([0.5, 0.5, 0.05, 0.5]), 0.1))
+    most = without_unsupported_poses(without_doubtful_poses(triads, [0.5, 0.5, 0.05, 0.5], 0.1))
     assert all(t.pose is None for t in most)
     assert most[2].reason == "it is doubtful: so are 3 of the 3 others"
+    assert [t.chance_false for t in most] == [0.5, 0.5, 0.05, 0.5]

@@ -151,7 +151,8 @@ def test_a_triad_without_a_pose_counts_in_the_order() -> None:
 
 def doubtful(x: float, chance: float) -> MeasuredTriad:
     ball = Ball(np.array([x, 3, 0]), np.eye(3), np.zeros(2), np.zeros(2), 0.1)
-    return MeasuredTriad("flat", {"XX": ball}, None, 0.0, f"{DOUBTFUL}: {chance:.0%}", chance_false=chance)
+    reason = f"{DOUBTFUL}: {chance:.0%}"
+    return MeasuredTriad("flat", {"XX": ball}, None, 0.0, reason, chance_false=chance, doubtful=True)
 
 
 def test_a_doubtful_triad_has_no_label() -> None:

@@ -72,7 +72,7 @@ def test_each_ball_of_a_doubtful_triad_is_sought_about_the_other_two() -> None:
     spine = random_spine(rng, 3)
     seen = observe(RIG, spine, rng, FeatureNoise(0.1))
     search = match_triads(seen.left, seen.right, RIG, SearchParameters(), expected=3, axis="x")
-    doubtful = replace(search.triads[1], pose=None, reason=DOUBTFUL, chance_false=0.5)
+    doubtful = replace(search.triads[1], pose=None, reason=DOUBTFUL, doubtful=True)
     search = replace(search, triads=(search.triads[0], doubtful, search.triads[2]))
     few = SecondLookParameters(features_per_triad=0)
     found = missing_ball_places(search, seen.left, seen.right, RIG, RANGES_MM, [FLAT_10_14_18], few, 3)

@@ -45,7 +45,7 @@ def test_one_poor_triad_counts_less_than_a_poor_stage() -> None:
 
 
 def test_triads_without_a_pose_do_not_count() -> None:
-    withheld = MeasuredTriad("10-14-18", {}, None, 0.1, "it is doubtful", chi2=60.0, dof=6, chance_false=0.9)
+    withheld = MeasuredTriad("10-14-18", {}, None, 0.1, "it is doubtful", chi2=60.0, dof=6, doubtful=True)
     assert variance_factor([withheld], P) == 1
     assert variance_factor([], P) == 1
 
