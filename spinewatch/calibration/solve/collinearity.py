@@ -7,6 +7,7 @@ import numpy as np
 from spinewatch.arrays import Float
 from spinewatch.camera import Camera
 from spinewatch.geometry.rotations import cross_matrix
+from spinewatch.geometry.small_matrices import inverse_2x2
 
 PARAMETER_NAMES = (
     "X0", "Y0", "Z0", "omega", "phi", "kappa", "f", "x0", "y0", "K1", "K2", "P1", "P2", "aspect",
@@ -124,7 +125,7 @@ def project_with_derivatives(
     ideal, ideal_by_point = pinhole.project(points)
     plate = camera.distort(ideal, None if near_px is None else camera.plate(near_px))
     pixels = camera.pixels(plate)
-    to_px = _inverse_2x2(camera.undistortion_jacobian(pixels))
+    to_px = inverse_2x2(camera.undistortion_jacobian(pixels))
     by_point = to_px @ ideal_by_point
     J = np.zeros((len(points), 2, len(PARAMETER_NAMES)))
     J[:, :, :3] = -by_point
@@ -172,12 +173,3 @@ def _distortion_derivatives(d: Float) -> Float:
     L[:, 0, 2], L[:, 1, 3] = r2 + 2 * x * x, r2 + 2 * y * y
     L[:, 1, 2] = L[:, 0, 3] = 2 * x * y
     return L
-
-
-def _inverse_2x2(A: Float) -> Float:
-    """Return the inverses of matrices (n, 2, 2), in a fraction of the time of np.linalg.inv."""
-    a, b, c, d = A[:, 0, 0], A[:, 0, 1], A[:, 1, 0], A[:, 1, 1]
-    inverse = np.empty_like(A)
-    inverse[:, 0, 0], inverse[:, 0, 1], inverse[:, 1, 0], inverse[:, 1, 1] = d, -b, -c, a
-    inverse /= (a * d - b * c)[:, None, None]
-    return inverse
