@@ -209,6 +209,35 @@ def angles_from_rotation(M: Float) -> tuple[float, float, float]:
     return float(np.degrees(omega)), float(np.degrees(phi)), float(np.degrees(kappa))
 
 
+def variance_about(axis: Float, covariance: Float) -> float:
+    """Return the variance of a small rotation about an axis: to first order that of the angle of a rotation about it.
+
+    Parameters
+    ----------
+    axis
+        The axis, of any length, shape (3,): a rotation vector; zero where there is none.
+    covariance
+        Covariance of the small rotation, shape (3, 3), any unit.
+
+    Returns
+    -------
+    float
+        The variance, in the unit of the covariance; without an axis that about the axis of the largest one.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> variances = np.diag([1.0, 4.0, 9.0])
+    >>> variance_about(np.array([0.0, 0.5, 0.0]), variances), variance_about(np.zeros(3), variances)
+    (4.0, 9.0)
+    """
+    length = np.linalg.norm(axis)
+    if length > 0:
+        unit = axis / length
+        return float(np.clip(unit @ covariance @ unit, 0, None))
+    return float(np.clip(np.linalg.eigvalsh(covariance)[-1], 0, None))
+
+
 def nearest_rotation(A: Float) -> Float:
     """Return the rotation nearest to a matrix in the Frobenius norm.
 

@@ -9,9 +9,10 @@ import numpy as np
 
 from spinewatch.arrays import Float, Int
 from spinewatch.errors import ParameterError
-from spinewatch.geometry.rotations import inverse_left_jacobian, vector_from_rotation
+from spinewatch.geometry.rotations import inverse_left_jacobian, variance_about, vector_from_rotation
 from spinewatch.spine.configuration import Origin, SpineConfiguration
 from spinewatch.spine.displacements import is_known
+from spinewatch.spine.measure_functions import wrapped
 from spinewatch.spine.orientation import tilt_gradients, tilts_of, twist_gradient, twist_of
 from spinewatch.spine.results import VertebraChange
 
@@ -64,7 +65,7 @@ def vertebra_changes(
     D = R1 @ np.swapaxes(R0, -1, -2)
     vectors = vector_from_rotation(D)
     variances = _variances(before, after, rows)
-    tilt_changes = [_wrapped(a - b) for a, b in zip(tilts_of(R1), tilts_of(R0), strict=True)]
+    tilt_changes = [wrapped(a - b) for a, b in zip(tilts_of(R1), tilts_of(R0), strict=True)]
     derotation = twist_of(np.swapaxes(R0, -1, -2) @ R1)
     length, length_sd = _distraction(before, after, reference)
     translation = after.poses.position_mm[rows] - before.poses.position_mm[rows]
@@ -87,7 +88,7 @@ def vertebra_changes(
                 rotation_vector_deg=np.degrees(vectors[i]),
                 rotation_sd_deg=np.sqrt(np.clip(np.diag(J @ variances.rotation[i] @ J.T), 0, None)),
                 angle_deg=float(np.degrees(np.linalg.norm(vectors[i]))),
-                angle_sd_deg=_angle_sd(vectors[i], variances.rotation[i]),
+                angle_sd_deg=float(np.sqrt(variance_about(vectors[i], variances.rotation[i]))),
                 derotation_deg=float(derotation[i]),
                 derotation_sd_deg=float(np.sqrt(variances.twist[i])),
                 coronal_deg=float(tilt_changes[0][i]),
@@ -184,20 +185,6 @@ def _from_start(steps: Float, start: int) -> Float:
     total = np.concatenate([np.zeros((1, steps.shape[1])), np.cumsum(steps, axis=0)])
     away = np.where(np.arange(len(total)) < start, -1.0, 1.0)
     return np.asarray(away[:, None] * (total - total[start]))
-
-
-def _angle_sd(vector_rad: Float, covariance_deg2: Float) -> float:
-    """Return the deviation of the angle of a rotation, degrees; without one, that of the largest error."""
-    angle = np.linalg.norm(vector_rad)
-    if angle == 0:
-        return float(np.sqrt(np.clip(np.linalg.eigvalsh(covariance_deg2)[-1], 0, None)))
-    axis = vector_rad / angle
-    return float(np.sqrt(np.clip(axis @ covariance_deg2 @ axis, 0, None)))
-
-
-def _wrapped(angle_deg: Float) -> Float:
-    """Return angles between -180 and 180 degrees."""
-    return np.asarray((angle_deg + 180) % 360 - 180)
 
 
 def _unknown(name: str, reason: str | None) -> VertebraChange:

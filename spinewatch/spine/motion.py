@@ -9,7 +9,12 @@ import numpy as np
 
 from spinewatch.arrays import Float
 from spinewatch.errors import SpinewatchError
-from spinewatch.geometry.rotations import cross_matrix, inverse_left_jacobian, vector_from_rotation
+from spinewatch.geometry.rotations import (
+    cross_matrix,
+    inverse_left_jacobian,
+    variance_about,
+    vector_from_rotation,
+)
 from spinewatch.triads.pose import Pose
 
 
@@ -149,13 +154,13 @@ def _motion(vertebra: str, before: Pose, after: Pose) -> VertebraMotion:
     angle = float(np.linalg.norm(vector))
     rotation_covariance = after.covariance[3:, 3:] + R @ before.covariance[3:, 3:] @ R.T
     J = inverse_left_jacobian(vector)
-    angle_variance = _variance_about(vector, rotation_covariance)
+    angle_variance = variance_about(vector, rotation_covariance)
     translation_covariance = before.covariance[:3, :3] + after.covariance[:3, :3]
     across = np.cross(before.normal, after.normal)
     # A rotation about the normal does not change it.
     tilt = np.eye(3) - np.outer(before.normal, before.normal)
     normal_covariance = tilt @ (before.covariance[3:, 3:] + after.covariance[3:, 3:]) @ tilt
-    normal_variance = _variance_about(across, normal_covariance)
+    normal_variance = variance_about(across, normal_covariance)
     return VertebraMotion(
         vertebra=vertebra,
         translation_mm=after.position_mm - before.position_mm,
@@ -168,12 +173,3 @@ def _motion(vertebra: str, before: Pose, after: Pose) -> VertebraMotion:
         normal_angle_deg=float(np.degrees(np.arctan2(np.linalg.norm(across), before.normal @ after.normal))),
         normal_angle_sd_deg=float(np.sqrt(normal_variance)),
     )
-
-
-def _variance_about(axis: Float, covariance: Float) -> float:
-    """Return the variance of a small rotation about an axis (3,); without an axis, about that of the largest one."""
-    length = np.linalg.norm(axis)
-    if length > 0:
-        unit = axis / length
-        return float(unit @ covariance @ unit)
-    return float(np.linalg.eigvalsh(covariance)[-1])

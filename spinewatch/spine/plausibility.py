@@ -319,7 +319,7 @@ def _disagreement(
     R = rotation_from_vector(weight * vector_from_rotation(R_upper))
     predicted = R @ old + weight * (motions[0][2] - R_upper @ motions[0][1])
     poses = [each[name] for each in (before, after) for name in levels]
-    sd_deg = float(np.sqrt(sum(np.linalg.eigvalsh(q.covariance[3:, 3:])[-1] for q in poses)))
+    sd_deg = _rotation_sd_deg(*poses)
     lever = np.radians(sd_deg) * float(np.linalg.norm(old))
     sd_mm = float(np.sqrt(sum(np.linalg.eigvalsh(q.covariance[:3, :3])[-1] for q in poses) + lever**2))
     return _angle_deg(R_middle @ R.T), float(np.linalg.norm(new - predicted)), sd_deg, sd_mm

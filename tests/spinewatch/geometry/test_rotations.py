@@ -14,6 +14,7 @@ from spinewatch.geometry.rotations import (
     nearest_rotation,
     rotation_from_angles,
     rotation_from_vector,
+    variance_about,
     vector_from_rotation,
 )
 
@@ -67,6 +68,28 @@ def test_angles_are_successive_rotations_and_are_recovered(omega: float, phi: fl
         M, Rotation.from_euler("xyz", [-omega, -phi, -kappa], degrees=True).as_matrix(), atol=1e-12
     )
     assert np.allclose(rotation_from_angles(*angles_from_rotation(M)), M, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "covariance", [np.diag([1.0, 4.0, 9.0]), np.array([[2.0, 1, 0], [1, 2, 0], [0, 0, 0]])]
+)
+def test_the_variance_about_an_axis_is_that_of_the_angle(covariance: Any) -> None:
+    vector = np.array([0.3, -0.4, 0.5])
+    errors = 1e-3 * np.random.default_rng(1).multivariate_normal(np.zeros(3), covariance, 20_000)
+    turned = rotation_from_vector(errors) @ rotation_from_vector(vector)
+    # The angle of a rotation of a matrix from its trace.
+    angles = np.arccos((np.trace(turned, axis1=1, axis2=2) - 1) / 2)
+    assert variance_about(vector, covariance) == pytest.approx(1e6 * angles.var(), rel=0.05)
+    assert variance_about(7 * vector, covariance) == pytest.approx(variance_about(vector, covariance))
+
+
+def test_without_an_axis_the_variance_is_the_largest_one() -> None:
+    assert variance_about(np.zeros(3), np.array([[2.0, 1, 0], [1, 2, 0], [0, 0, 1]])) == pytest.approx(3)
+
+
+def test_a_variance_about_an_axis_is_never_negative() -> None:
+    assert variance_about(np.array([1.0, 0, 0]), np.diag([-1e-18, 1.0, 1.0])) == 0
+    assert variance_about(np.zeros(3), -1e-18 * np.eye(3)) == 0
 
 
 @given(seeds)

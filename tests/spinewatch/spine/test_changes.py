@@ -219,3 +219,5 @@ def test_the_way_back_is_the_opposite_and_a_mirror_flips_the_sides(seed: int) ->
 def test_changes_of_tilt_are_wrapped() -> None:
     before, after = np.stack([turn(170, 0, 0)] * 4), np.stack([turn(-170, 0, 0)] * 4)
     assert changes_of(still(before), still(after))["T11"].coronal_deg == pytest.approx(20)
+    half = np.stack([turn(180, 0, 0)] * 4)
+    assert changes_of(still(np.stack([np.eye(3)] * 4)), still(half))["T11"].coronal_deg == 180
