@@ -9,6 +9,7 @@ import numpy as np
 
 from spinewatch.arrays import Bool, Float
 from spinewatch.errors import ParameterError
+from spinewatch.geometry.covariance import covariance_factor
 from spinewatch.geometry.kinematic_chain import Link, chain_poses
 from spinewatch.geometry.transforms import RigidTransform
 from spinewatch.spine.configuration import SpinePoses, SpineSetup
@@ -332,20 +333,3 @@ def _add_errors(
     source = errors.setdefault(triads_source(at), np.zeros((n, 6, 6 * len(columns))))
     for (_, who), row, block in zip(triads, rows, F, strict=True):
         source[row, :, columns[who] : columns[who] + 6] += block
-
-
-def covariance_factor(covariance: Float) -> Float:
-    """Return a factor F of covariances with ``F F^T`` equal to them; they may be singular.
-
-    Parameters
-    ----------
-    covariance
-        Covariances, shape (..., k, k).
-
-    Returns
-    -------
-    Float
-        F, shape (..., k, k).
-    """
-    values, vectors = np.linalg.eigh(covariance)
-    return np.asarray(vectors * np.sqrt(np.clip(values, 0, None))[..., None, :])

@@ -9,6 +9,7 @@ import numpy as np
 
 from spinewatch.arrays import Float, Int
 from spinewatch.errors import ParameterError
+from spinewatch.geometry.covariance import covariance_factor
 from spinewatch.levels import LevelError, anatomical_sequence, canonical_name, level_numbers
 from spinewatch.spine.configuration import InitialKind, InitialSpine
 from spinewatch.spine.orientation import rotation_from_tilts
@@ -223,8 +224,7 @@ def _displacements(n: int, marked: Int, p: GenericSpineParameters) -> tuple[Floa
     left = np.eye(n)
     left[:, marked] -= gain
     covariance = left @ K @ left.T + gain @ noise @ gain.T
-    values, vectors = np.linalg.eigh(covariance)
-    return gain, vectors * np.sqrt(np.clip(values, 0, None))
+    return gain, covariance_factor(covariance)
 
 
 def _along(position: Float) -> Float:
@@ -241,8 +241,7 @@ def _errors(position: Float, factor: Float, p: GenericSpineParameters) -> Float:
     n = len(position)
     spacing = np.linalg.norm(np.gradient(position, axis=0), axis=1)[:, None]
     t = np.arange(n) / p.axial_correlation_levels
-    values, vectors = np.linalg.eigh(p.axial_sd_deg**2 * np.exp(-0.5 * np.subtract.outer(t, t) ** 2))
-    axial = vectors * np.sqrt(np.clip(values, 0, None))
+    axial = covariance_factor(p.axial_sd_deg**2 * np.exp(-0.5 * np.subtract.outer(t, t) ** 2))
     errors = np.zeros((n, 6, 6 * n))
     for axis in range(3):
         errors[:, axis, axis * n : (axis + 1) * n] = factor

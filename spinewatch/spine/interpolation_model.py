@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from spinewatch.arrays import Float, Int
+from spinewatch.geometry.covariance import covariance_factor
 
 
 @dataclass(frozen=True)
@@ -135,8 +136,7 @@ def interpolation_error(
     distance = np.subtract.outer(places[order], places[order]) / correlation_levels
     smooth = residual @ np.exp(-0.5 * distance**2) @ residual.T
     irregular = irregularity**2 * residual @ residual.T
-    values, vectors = np.linalg.eigh(amplitude[:, None, None] ** 2 * smooth + irregular)
-    factors = vectors * np.sqrt(np.clip(values, 0, None))[:, None, :]
+    factors = covariance_factor(amplitude[:, None, None] ** 2 * smooth + irregular)
     factor = np.zeros((q, 3, 3 * q))
     for axis in range(3):
         factor[:, axis, axis * q : (axis + 1) * q] = factors[axis]

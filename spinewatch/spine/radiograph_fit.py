@@ -12,6 +12,7 @@ import numpy as np
 from spinewatch.arrays import Float
 from spinewatch.errors import SpinewatchError
 from spinewatch.flags import Flag
+from spinewatch.geometry.covariance import covariance_factor
 from spinewatch.geometry.rotations import cross_matrix
 from spinewatch.geometry.transforms import DegeneratePointsError, SimilarityTransform, fit_similarity
 
@@ -143,8 +144,7 @@ class SimilarityFit:
         J = np.zeros((len(points_mm), 6, _PARAMETERS))
         J[:, :3] = _design(points_mm - self.centre_mm)
         J[:, 3:, 3:6] = np.degrees(np.eye(3))
-        values, vectors = np.linalg.eigh(self.covariance)
-        return np.asarray(J @ (vectors * np.sqrt(np.maximum(values, 0))))
+        return np.asarray(J @ covariance_factor(self.covariance))
 
 
 def fit_common_points(

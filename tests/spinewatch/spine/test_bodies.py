@@ -7,19 +7,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from spinewatch.geometry.covariance import covariance_factor
 from spinewatch.geometry.rotations import vector_from_rotation
 from spinewatch.spine.bodies import (
     INITIAL,
     RebaselineError,
     StageMissingError,
-    covariance_factor,
     measured_bodies,
     object_to_spine,
     triads_source,
 )
 from spinewatch.spine.configuration import InitialKind, InitialSpine, Rebaseline, SpineSetup
 from spinewatch.spine.motion import ReferenceMissingError
-from tests.spinewatch.spine.simulated import LEVELS, covariance_of, disturbed, poses_of, surgery, turn
+from tests.spinewatch.spine.simulated import LEVELS, disturbed, poses_of, surgery, turn
 
 seeds = st.integers(0, 10**6)
 
@@ -278,9 +278,3 @@ def test_rebaselines_that_cannot_be_are_refused() -> None:
     setup = replace(case.setup, rebaselines=(Rebaseline("T9", "POST", "INTER"),))
     with pytest.raises(RebaselineError, match="stage POST is not before INTER"):
         measured_bodies(setup, case.stages, "POST")
-
-
-def test_factors_of_covariances() -> None:
-    covariance = np.stack([covariance_of(np.random.default_rng(1), 2.0), np.zeros((6, 6))])
-    F = covariance_factor(covariance)
-    assert np.allclose(F @ np.swapaxes(F, -1, -2), covariance)

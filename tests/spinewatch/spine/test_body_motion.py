@@ -7,8 +7,8 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
+from spinewatch.geometry.covariance import covariance_factor
 from spinewatch.geometry.rotations import rotation_from_vector
-from spinewatch.spine.bodies import covariance_factor
 from spinewatch.spine.body_motion import body_motion
 from spinewatch.spine.changes import vertebra_changes
 from spinewatch.spine.configuration import InitialKind, Origin, Rebaseline

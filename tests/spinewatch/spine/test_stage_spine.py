@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from spinewatch.geometry.covariance import covariance_factor
 from spinewatch.geometry.rotations import rotation_from_vector, vector_from_rotation
 from spinewatch.simulation import scoliosis
-from spinewatch.spine.bodies import INITIAL, covariance_factor
+from spinewatch.spine.bodies import INITIAL
 from spinewatch.spine.configuration import InitialKind, InitialSpine, Origin, SpineSetup
 from spinewatch.spine.interpolation_model import InterpolationParameters
 from spinewatch.spine.motion import ReferenceMissingError
