@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from itertools import chain
 
 from contract.spine import MeasureValue, SpineChange, StageSpine, VertebraChange, VertebraState
+from spinewatch.spine import uncertainty
 from spinewatch.spine.results import MeasureStatus
 
-_Z95 = 1.959963984540054
 _MILLIMETRES = ("position", "translation", "distraction")
 
 Number = tuple[float | None, float | None]
@@ -112,7 +112,7 @@ def normal_interval(value: float | None, sd: float | None) -> tuple[float, float
     >>> [round(end, 2) for end in normal_interval(10.0, 1.0)]
     [8.04, 11.96]
     """
-    return None if value is None or sd is None else (value - _Z95 * sd, value + _Z95 * sd)
+    return None if value is None or sd is None else uncertainty.normal_interval(value, sd)
 
 
 def _ends(interval: list[float | None] | None) -> tuple[float, float] | None:

@@ -8,6 +8,28 @@ from spinewatch.arrays import Float
 from spinewatch.geometry.rotations import cross_matrix
 
 
+def axis_from_tilts(coronal_rad: Float, sagittal_rad: Float) -> Float:
+    """Return the z axis of a vertebra with given tilts, along (tan sagittal, -tan coronal, 1).
+
+    Parameters
+    ----------
+    coronal_rad, sagittal_rad
+        Tilts atan2(-z.Y, z.Z) and atan2(z.X, z.Z), shape (...), between -pi / 2 and pi / 2 radians.
+
+    Returns
+    -------
+    Float
+        Unit vectors in patient axes, shape (..., 3).
+
+    Examples
+    --------
+    >>> axis_from_tilts(np.array(0.0), np.radians(30.0)).round(3) + 0.0
+    array([0.5  , 0.   , 0.866])
+    """
+    z = np.stack([np.tan(sagittal_rad), -np.tan(coronal_rad), np.ones_like(coronal_rad)], axis=-1)
+    return np.asarray(z / np.linalg.norm(z, axis=-1, keepdims=True))
+
+
 def rotation_from_tilts(
     coronal_deg: Float | float, sagittal_deg: Float | float, axial_deg: Float | float
 ) -> Float:
@@ -44,8 +66,7 @@ def rotation_from_tilts(
         np.radians(np.asarray(angle, dtype=float)) for angle in (coronal_deg, sagittal_deg, axial_deg)
     )
     coronal, sagittal, axial = np.broadcast_arrays(coronal, sagittal, axial)
-    z = np.stack([np.tan(sagittal), -np.tan(coronal), np.ones_like(sagittal)], axis=-1)
-    z /= np.linalg.norm(z, axis=-1, keepdims=True)
+    z = axis_from_tilts(coronal, sagittal)
     o = np.zeros_like(axial)
     K = cross_matrix(np.stack([-z[..., 1], z[..., 0], o], axis=-1))
     swing = np.eye(3) + K + K @ K / (1 + z[..., 2])[..., None, None]

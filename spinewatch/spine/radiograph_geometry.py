@@ -13,6 +13,7 @@ import numpy as np
 from spinewatch.arrays import Float
 from spinewatch.errors import ParameterError
 from spinewatch.geometry.rotations import vector_from_rotation
+from spinewatch.spine.orientation import axis_from_tilts
 from spinewatch.spine.radiograph_landmarks import CommonPoint, LandmarkedVertebra, RadiographView
 
 
@@ -249,8 +250,7 @@ def rotation_from_end_plates(coronal_rad: Float, sagittal_rad: Float, axial_rad:
     >>> rotation_from_end_plates(np.array(0.0), np.array(0.0), quarter)[:, 0].round(12) + 0.0
     array([0., 1., 0.])
     """
-    z = np.stack([np.tan(sagittal_rad), -np.tan(coronal_rad), np.ones_like(coronal_rad)], axis=-1)
-    z /= np.linalg.norm(z, axis=-1, keepdims=True)
+    z = axis_from_tilts(coronal_rad, sagittal_rad)
     trace = np.stack([np.zeros_like(coronal_rad), np.cos(coronal_rad), np.sin(coronal_rad)], axis=-1)
     front = np.cross(trace, z)
     cosine, sine = np.cos(axial_rad)[..., None], np.sin(axial_rad)[..., None]

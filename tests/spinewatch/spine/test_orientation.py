@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from spinewatch.geometry.rotations import rotation_from_vector
 from spinewatch.spine.orientation import (
+    axis_from_tilts,
     rotation_from_tilts,
     tilt_gradients,
     tilts_of,
@@ -40,6 +41,14 @@ def test_tilts_are_those_of_the_end_plate_traces() -> None:
     z = R[:, 2]
     assert z[1] / z[2] == pytest.approx(-np.tan(np.radians(30)))
     assert z[0] / z[2] == pytest.approx(np.tan(np.radians(20)))
+
+
+def test_the_axis_of_tilts_is_a_unit_vector_with_the_slopes_of_the_end_plate() -> None:
+    coronal, sagittal = np.radians([[0.0, 30.0, -40.0], [25.0, -20.0, 0.0]])
+    x, y, z = axis_from_tilts(coronal, sagittal).T
+    assert np.allclose(x * x + y * y + z * z, 1)
+    assert np.allclose(np.arctan2(-y, z), coronal)
+    assert np.allclose(np.arctan2(x, z), sagittal)
 
 
 @settings(deadline=None)
