@@ -57,3 +57,8 @@ def pose_fields(pose: spinewatch.triads.pose.Pose | None, reason: str | None) ->
     """Return the values of the fields of a ``PoseFields``, null without a pose."""
     names = PoseFields.model_fields.keys() - {"reason"}
     return {"reason": reason, **{name: None if pose is None else getattr(pose, name) for name in names}}
+
+
+def pose_model(pose: spinewatch.triads.pose.Pose) -> PoseFields:
+    """Return the contract model of a pose."""
+    return PoseFields(**pose_fields(pose, None))

@@ -8,7 +8,7 @@ import numpy as np
 
 from contract.burst import Burst, BurstPair
 from contract.flag import Flag
-from contract.pose import PoseFields, pose_fields
+from contract.pose import pose_model
 from contract.stage import StageResult
 from spinewatch.tracking.burst import BurstParameters, combine_burst
 from spinewatch.triads.pose import Pose
@@ -52,14 +52,14 @@ def edit_burst(result: StageResult, before: Sequence[str | None], reference: str
     )
     pairs = [
         pair.model_copy(
-            update={"poses": {label: _fields(pose) for label, pose in shown.items()}, "outliers": []}
+            update={"poses": {label: pose_model(pose) for label, pose in shown.items()}, "outliers": []}
         )
         for pair, shown in zip(burst.pairs, poses, strict=True)
     ]
     triads = [
         triad
         if (mean := combined.poses.get(triad.label or "")) is None
-        else triad.model_copy(update=dict(_fields(mean)))
+        else triad.model_copy(update=dict(pose_model(mean)))
         for triad in result.triads
     ]
     kept = [flag for flag in result.flags if flag.code not in _COMBINED]
@@ -76,7 +76,3 @@ def _renamed(pair: BurstPair, labels: dict[str, str | None]) -> dict[str, Pose]:
     """Return the poses of a pair under their new labels, without those whose triad has none now."""
     found = {labels.get(old): fields.pose() for old, fields in pair.poses.items()}
     return {label: pose for label, pose in found.items() if label is not None and pose is not None}
-
-
-def _fields(pose: Pose) -> PoseFields:
-    return PoseFields(**pose_fields(pose, None))

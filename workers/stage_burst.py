@@ -10,11 +10,10 @@ import numpy as np
 
 from contract.burst import Burst, BurstPair
 from contract.flag import Flag
-from contract.pose import PoseFields, pose_fields
+from contract.pose import pose_model
 from contract.stage import StageResult
 from contract.triad import Triad
 from spinewatch.tracking.burst import BurstParameters, combine_burst
-from spinewatch.triads.pose import Pose
 from store.stage_work import PairWork
 from workers.stage_labels import LabelledPair
 
@@ -93,7 +92,7 @@ def burst_result(
         BurstPair(
             offset_s=None if times is None else times[k],
             view_delay_s=view_delay_s(pair),
-            poses={label: _fields(pose) for label, pose in one.poses.items()},
+            poses={label: pose_model(pose) for label, pose in one.poses.items()},
             outliers=[],
             labelled_by=one.labelled_by,
             flags=Flag.of(one.measurement.flags),
@@ -102,7 +101,7 @@ def burst_result(
     ]
     results = [StageResult.of(one.measurement, *made) for one in labelled]
     triads = [
-        shown.model_copy(update=dict(_fields(combined.poses[label])))
+        shown.model_copy(update=dict(pose_model(combined.poses[label])))
         for label in labels
         if label in combined.poses and (shown := _first(results, label)) is not None
     ]
@@ -118,11 +117,6 @@ def burst_result(
             "burst": Burst.of(combined, documents, reference, parameters),
         }
     )
-
-
-def _fields(pose: Pose) -> PoseFields:
-    """Return the contract model of a pose."""
-    return PoseFields(**pose_fields(pose, None))
 
 
 def _middle(pair: PairWork) -> datetime | None:

@@ -18,6 +18,7 @@ from bench.slips.sound import (
     process_arguments,
     stage_files,
     stage_pixels,
+    tiny_baseline,
     write_png,
     write_rig,
 )
@@ -129,7 +130,7 @@ def _impossible() -> Iterator[Slip]:
         ),
         ("pixels of 10 mm", each_camera("pixel_size_mm", lambda _: [10.0, 8.45]), r"pixel_size_mm"),
         ("focal length 1e12", each_camera("focal_length_mm", lambda _: 1e12), r"focal_length_mm"),
-        ("baseline 1e-300", _tiny_base, r"position_mm|baseline"),
+        ("baseline 1e-300", tiny_baseline, r"position_mm|baseline"),
         ("the left camera given twice", _left_twice, r"position_mm|baseline"),
         ("a baseline of 40 m", _base(95.0), r"position_mm|baseline|range"),
         (
@@ -230,11 +231,6 @@ def _other_cart(document: RigJson) -> None:
 def _other_set_up(document: RigJson) -> None:
     for side, angles in (("left", [-4.2, -18.1, 2.6]), ("right", [-5.3, 13.9, -0.4])):
         document[side]["rotation_deg"] = angles
-
-
-def _tiny_base(document: RigJson) -> None:
-    document["left"]["position_mm"] = [0.0, 0.0, 740.0]
-    document["right"]["position_mm"] = [1e-300, 0.0, 740.0]
 
 
 def _left_twice(document: RigJson) -> None:

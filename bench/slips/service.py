@@ -17,7 +17,7 @@ import numpy as np
 from PIL import Image
 
 from bench.slips.slip import Answer, Kind, Outcome, Right, Slip
-from bench.slips.sound import RigJson, changed_rig, each_camera, rig, stage_files
+from bench.slips.sound import RigJson, changed_rig, each_camera, rig, stage_files, tiny_baseline
 from tests.http.harness import Service
 
 Pair = tuple[bytes, bytes]
@@ -190,7 +190,7 @@ def _rigs() -> Iterator[Slip]:
             each_camera("focal_length_mm", lambda _: 1e12),
             r"focal_length_mm",
         ),
-        ("stored rig has a baseline of 1e-300", _tiny_base, r"position_mm|baseline"),
+        ("stored rig has a baseline of 1e-300", tiny_baseline, r"position_mm|baseline"),
         (
             "stored rig in metres",
             each_camera("position_mm", lambda p: [v / 1000 for v in p]),
@@ -282,8 +282,3 @@ def _new_rig(document: RigJson) -> Callable[[SlipService, Path], Answer]:
         )
 
     return ask
-
-
-def _tiny_base(document: RigJson) -> None:
-    document["left"]["position_mm"] = [0.0, 0.0, 740.0]
-    document["right"]["position_mm"] = [1e-300, 0.0, 740.0]

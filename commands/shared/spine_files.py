@@ -13,6 +13,7 @@ from pathlib import Path
 from pydantic import TypeAdapter, ValidationError
 
 from commands.shared.files import InputError, read_bytes, read_json, read_text
+from commands.shared.validation import first_problem
 from contract.flag import Flag
 from contract.image import Image, ImagePair
 from contract.job import JobState
@@ -96,7 +97,7 @@ def read_setup(path: Path) -> tuple[SpineSetup, list[StoredRebaseline]]:
             return whole.setup, whole.rebaselines
         return SpineSetup.model_validate_json(text), []
     except ValidationError as error:
-        raise InputError(f"{path} is no setup of a spine: {_first(error)}") from error
+        raise InputError(f"{path} is no setup of a spine: {first_problem(error)}") from error
 
 
 def read_radiographs(paths: Sequence[Path]) -> list[Radiograph]:
@@ -106,7 +107,7 @@ def read_radiographs(paths: Sequence[Path]) -> list[Radiograph]:
         try:
             found.append(Radiograph.model_validate_json(read_text(path)))
         except ValidationError as error:
-            raise InputError(f"{path} is no description of a radiograph: {_first(error)}") from error
+            raise InputError(f"{path} is no description of a radiograph: {first_problem(error)}") from error
     return found
 
 
@@ -227,7 +228,7 @@ def _read_stage(stage: StageFile) -> StageContent:
             f"{stage.result} is no result of a stage; give the JSON of `spinewatch process`"
         ) from error
     except ValidationError as error:
-        raise InputError(f"{stage.result} is no result of a stage: {_first(error)}") from error
+        raise InputError(f"{stage.result} is no result of a stage: {first_problem(error)}") from error
 
 
 def _images(paths: tuple[Path, Path] | None) -> ImagePair:
@@ -251,8 +252,3 @@ def _image(path: Path | None) -> Image:
         height_px=header.size[1],
         size_bytes=len(content),
     )
-
-
-def _first(error: ValidationError) -> str:
-    problem = error.errors(include_url=False, include_input=False)[0]
-    return f"{'.'.join(map(str, problem['loc']))}: {problem['msg']}"

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from commands.shared.api_client import ServiceError, bearer, problem_text
 from commands.shared.files import InputError, read_bytes, read_json
+from commands.shared.validation import first_problem
 from contract.summary import SurgerySummary
 
 _TIMEOUT_SECONDS = 10.0
@@ -42,7 +43,7 @@ class FileSource:
         try:
             summary = SurgerySummary.model_validate_json(json.dumps(document))
         except ValidationError as error:
-            raise InputError(f"{self._path} is no summary of a surgery: {_first(error)}") from error
+            raise InputError(f"{self._path} is no summary of a surgery: {first_problem(error)}") from error
         self._last = content
         return summary
 
@@ -82,11 +83,8 @@ class ServiceSource:
         try:
             summary = SurgerySummary.model_validate_json(response.content)
         except ValidationError as error:
-            raise ServiceError(f"{self._url} has another version of the summary: {_first(error)}") from error
+            raise ServiceError(
+                f"{self._url} has another version of the summary: {first_problem(error)}"
+            ) from error
         self._tag = response.headers.get("ETag")
         return summary
-
-
-def _first(error: ValidationError) -> str:
-    problem = error.errors(include_url=False, include_input=False)[0]
-    return f"{'.'.join(map(str, problem['loc']))}: {problem['msg']}"

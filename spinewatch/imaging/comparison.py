@@ -12,9 +12,7 @@ import numpy as np
 
 from spinewatch.arrays import Bool, Float, Pixels, Single
 from spinewatch.imaging.tone import scaled, to_gray, white_level
-
-_MAD_TO_SD = 1.4826
-"""Standard deviation of a normal distribution over its median absolute deviation."""
+from spinewatch.robust import MAD_TO_SD
 
 
 @dataclass(frozen=True)
@@ -362,7 +360,7 @@ def _fit_brightness(a: Single, b: Single) -> tuple[np.float32, np.float32, float
     gain, offset, noise = np.float32(1), np.float32(0), float("inf")
     for _ in range(3):
         residual = np.abs(b - gain * a - offset)
-        kept = residual <= 3 * _MAD_TO_SD * np.median(residual) if len(a) else np.zeros(0, bool)
+        kept = residual <= 3 * MAD_TO_SD * np.median(residual) if len(a) else np.zeros(0, bool)
         x, y = a[kept], b[kept]
         if len(x) < 2 or np.ptp(x) == 0:
             break

@@ -18,12 +18,12 @@ from spinewatch.imaging.header import open_image, orientation
 from spinewatch.imaging.jpeg_stream import is_stream_complete
 from spinewatch.imaging.png_stream import require_complete_rows
 from spinewatch.imaging.sun_raster import decode_padded_runs, has_padded_runs
+from spinewatch.imaging.tone import LUMA_BGR
 
 _PHOTOMETRIC_TAG, _WHITE_IS_ZERO = 262, 0
 _BITS_TAG = 258
 _PNG_DEPTH_BYTE = 24
 _DAMAGED = "the image is damaged or incomplete; copy it again"
-_LUMA_BGR = (0.114, 0.587, 0.299)
 
 _UNDO_ORIENTATION = {
     2: Image.Transpose.FLIP_LEFT_RIGHT,
@@ -122,5 +122,5 @@ def _deep_luma(data: bytes) -> Pixels:
     bgr = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     if bgr is None or bgr.dtype != np.uint16 or bgr.ndim != 3:
         raise ValueError("OpenCV does not decode it")
-    luma: Pixels = np.rint(bgr[..., :3] @ np.array(_LUMA_BGR)).astype(np.uint16)
+    luma: Pixels = np.rint(bgr[..., :3] @ np.array(LUMA_BGR)).astype(np.uint16)
     return luma

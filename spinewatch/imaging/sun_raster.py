@@ -10,6 +10,7 @@ import struct
 import numpy as np
 
 from spinewatch.arrays import Pixels
+from spinewatch.imaging.tone import LUMA_BGR
 
 _HEADER = struct.Struct(">8I")
 _MAGIC = 0x59A66A95
@@ -17,7 +18,6 @@ _STANDARD = 1
 _RGB_MAP = 1
 _RUN_LENGTHS = 2
 _ESCAPE = 0x80
-_LUMA_BGR = (0.114, 0.587, 0.299)
 
 
 def encode_sun_raster(image: Pixels) -> bytes:
@@ -109,7 +109,7 @@ def decode_padded_runs(data: bytes) -> Pixels:
 
 def _luma(bgr: Pixels) -> Pixels:
     """Return the luma (...) of blue, green and red (..., 3)."""
-    luma: Pixels = np.rint(bgr @ np.array(_LUMA_BGR)).astype(np.uint8)
+    luma: Pixels = np.rint(bgr @ np.array(LUMA_BGR)).astype(np.uint8)
     return luma
 
 

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from contract.pose import FrameTransform, PoseFields, pose_fields
+from contract.pose import FrameTransform, PoseFields, pose_fields, pose_model
 from spinewatch.geometry.transforms import RigidTransform
 from spinewatch.triads.pose import Pose
 from tests.contract.results import pose
@@ -38,7 +38,7 @@ def test_the_fields_of_a_pose_are_spelled_once_in_the_contract_and_once_in_the_l
 @pytest.mark.parametrize("seed", range(5))
 def test_a_pose_passes_through_json_to_the_last_bit(seed: int) -> None:
     given = pose(seed)
-    made = PoseFields(**pose_fields(given, None))
+    made = pose_model(given)
     again = PoseFields.model_validate_json(made.model_dump_json()).pose()
     assert isinstance(again, Pose)
     for name in ("position_mm", "rotation", "covariance"):
@@ -47,7 +47,7 @@ def test_a_pose_passes_through_json_to_the_last_bit(seed: int) -> None:
 
 def test_derived_fields_agree_with_the_pose() -> None:
     given = pose()
-    made = PoseFields(**pose_fields(given, None))
+    made = pose_model(given)
     assert made.normal == given.rotation[:, 2].tolist()
     np.testing.assert_allclose(np.cos(np.radians(made.angles_deg or [])), given.normal)
     np.testing.assert_allclose(np.square(made.position_sd_mm or []), np.diag(given.covariance)[:3])

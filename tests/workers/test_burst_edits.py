@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from contract.burst import Burst, BurstPair
-from contract.pose import PoseFields, pose_fields
+from contract.pose import PoseFields, pose_model
 from contract.stage import StageResult
 from spinewatch.tracking.burst import BurstParameters, combine_burst
 from spinewatch.triads.pose import Pose
@@ -11,7 +11,7 @@ from workers.burst_edits import edit_burst
 
 
 def fields(x_mm: float) -> PoseFields:
-    return PoseFields(**pose_fields(Pose(np.array([x_mm, 0.0, 0.0]), np.eye(3), 0.01 * np.eye(6)), None))
+    return pose_model(Pose(np.array([x_mm, 0.0, 0.0]), np.eye(3), 0.01 * np.eye(6)))
 
 
 def burst(*labels: str | None) -> StageResult:

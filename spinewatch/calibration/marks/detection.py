@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spinewatch.arrays import Float, Pixels, Single
+from spinewatch.robust import MAD_TO_SD
 
 _MARGIN_PX = 3
 _MIN_OUTLINE_POINTS = 8
 _MIN_ELLIPSE_POINTS = 5
-_MAD_TO_SD = 1.4826
 
 _Binary = NDArray[np.uint8]
 _Outline = NDArray[np.integer | np.floating]
@@ -328,7 +328,7 @@ def _centred(gray: Single, mark: _Mark, parameters: TargetParameters) -> _Target
     centre, m = component
     area = m["m00"] / parameters.supersampling**2
     determinant = (m["mu20"] * m["mu02"] - m["mu11"] ** 2) / m["m00"] ** 2 / parameters.supersampling**4
-    noise = float(_MAD_TO_SD * np.median(np.abs(np.diff(patch[inside])))) / np.sqrt(2)
+    noise = float(MAD_TO_SD * np.median(np.abs(np.diff(patch[inside])))) / np.sqrt(2)
     sd = _centre_sd_px(noise / (white - dark), area, parameters)
     return _Target(centre + corner, sd, white - dark, float(np.sqrt(max(determinant, 0.0))))
 

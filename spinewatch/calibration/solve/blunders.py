@@ -12,8 +12,8 @@ from spinewatch.calibration.errors import PoorFitError
 from spinewatch.calibration.solve.block import Block, ImageIndex
 from spinewatch.calibration.solve.bundle import BundleAdjustment, adjust
 from spinewatch.calibration.solve.collinearity import PARAMETER_NAMES, project_with_derivatives
+from spinewatch.robust import MAD_TO_SD
 
-_MAD_TO_SD = 1.4826
 _MIN_DOF = 2
 _MIN_TEST_DOF = 4
 _UNTESTABLE = 1e-6
@@ -168,7 +168,7 @@ def _robust_sigma(adjustment: BundleAdjustment, parameters: BlunderParameters) -
     """Return the standard deviation of unit weight from the median of the residuals, at least the floor."""
     weighted = np.concatenate([w.ravel() for w in adjustment.weighted_residuals.values()])
     inflation = np.sqrt(len(weighted) / max(adjustment.block.dof, 1))
-    sigma = float(_MAD_TO_SD * np.median(np.abs(weighted)) * inflation)
+    sigma = float(MAD_TO_SD * np.median(np.abs(weighted)) * inflation)
     return max(sigma, _floor(adjustment.block, parameters))
 
 
