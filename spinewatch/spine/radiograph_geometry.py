@@ -37,8 +37,12 @@ class VertebraShapeParameters:
     unknown_rotation_sd_deg: float = 20.0
 
     def __post_init__(self) -> None:
-        if not (self.pedicle_ratio > 0 <= self.pedicle_ratio_sd and self.unknown_rotation_sd_deg > 0):
-            raise ParameterError("pedicle_ratio and deviations must be positive; correct the parameters")
+        if not (self.pedicle_ratio > 0 and self.unknown_rotation_sd_deg > 0):
+            raise ParameterError(
+                "pedicle_ratio and unknown_rotation_sd_deg must be positive; correct the parameters"
+            )
+        if not self.pedicle_ratio_sd >= 0:
+            raise ParameterError("pedicle_ratio_sd must not be negative; correct the parameters")
 
 
 @dataclass(frozen=True, eq=False)

@@ -182,8 +182,19 @@ def test_common_points_take_each_coordinate_from_the_view_that_shows_it() -> Non
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"pedicle_ratio": 0.0}, {"pedicle_ratio_sd": -1.0}, {"unknown_rotation_sd_deg": 0.0}]
+    ("wrong", "words"),
+    [
+        ({"pedicle_ratio": 0.0}, "pedicle_ratio and .* must be positive"),
+        ({"pedicle_ratio": float("nan")}, "pedicle_ratio and .* must be positive"),
+        ({"unknown_rotation_sd_deg": 0.0}, "unknown_rotation_sd_deg must be positive"),
+        ({"pedicle_ratio_sd": -1.0}, "pedicle_ratio_sd must not be negative"),
+        ({"pedicle_ratio_sd": float("nan")}, "pedicle_ratio_sd must not be negative"),
+    ],
 )
-def test_parameters_outside_their_range_are_refused(wrong: dict[str, float]) -> None:
-    with pytest.raises(ParameterError):
+def test_parameters_outside_their_range_are_refused(wrong: dict[str, float], words: str) -> None:
+    with pytest.raises(ParameterError, match=words):
         dataclasses.replace(VertebraShapeParameters(), **wrong)
+
+
+def test_all_vertebrae_may_have_the_same_shape() -> None:
+    assert dataclasses.replace(VertebraShapeParameters(), pedicle_ratio_sd=0.0).pedicle_ratio_sd == 0
