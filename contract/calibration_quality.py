@@ -26,7 +26,7 @@ from contract.flag import Flag
 from contract.rig import Rig
 from spinewatch.calibration import from_images
 from spinewatch.calibration.plausibility.fit import fit_limits
-from spinewatch.calibration.plausibility.limits import PlausibilityParameters
+from spinewatch.calibration.plausibility.limits import CalibrationLimits
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot
 from spinewatch.calibration.quality.accuracy import TABLE_3_4_SD_MM, common_points
 from spinewatch.calibration.quality.size_accuracy import size_accuracy
@@ -92,7 +92,7 @@ def _camera(result: from_images.CalibrationResult, side: str) -> CameraQuality:
 
 def _limits(result: from_images.CalibrationResult) -> FitLimits:
     calibration = result.calibration
-    limits = fit_limits(calibration.rig, calibration.without_blunders(), PlausibilityParameters())
+    limits = fit_limits(calibration.rig, calibration.without_blunders(), CalibrationLimits())
     return FitLimits(**asdict(limits), reference_sd_mm=list(TABLE_3_4_SD_MM))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from spinewatch.calibration.errors import TooFewPointsError
 from spinewatch.calibration.flags import calibration_flags
 from spinewatch.calibration.plausibility.cameras import aspect_doubts, check_cameras, principal_point_doubts
-from spinewatch.calibration.plausibility.limits import PlausibilityParameters
+from spinewatch.calibration.plausibility.limits import CalibrationLimits
 from spinewatch.calibration.plausibility.points import check_image_points, check_sensor
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot, check_consistent
 from spinewatch.calibration.quality.accuracy import ShotAccuracy, shot_accuracy
@@ -77,7 +77,7 @@ def calibrate_cameras(
     images: Mapping[str, CameraImages],
     sensor: Sensor,
     parameters: SolveParameters | None = None,
-    plausibility: PlausibilityParameters | None = None,
+    plausibility: CalibrationLimits | None = None,
 ) -> CalibratedCameras:
     """Return the cameras that took images of one control field.
 
@@ -112,7 +112,7 @@ def calibrate_cameras(
     CalibrationError
         As `resect`, naming the camera.
     """
-    parameters, plausibility = parameters or SolveParameters(), plausibility or PlausibilityParameters()
+    parameters, plausibility = parameters or SolveParameters(), plausibility or CalibrationLimits()
     shots = tuple(dict.fromkeys(shot for by_shot in images.values() for shot in by_shot))
     if not shots:
         raise TooFewPointsError(

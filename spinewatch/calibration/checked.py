@@ -19,7 +19,7 @@ from spinewatch.calibration.errors import (
 )
 from spinewatch.calibration.plausibility.cameras import aspect_doubts, check_cameras, principal_point_doubts
 from spinewatch.calibration.plausibility.fit import FitDoubts, fit_doubts
-from spinewatch.calibration.plausibility.limits import PlausibilityParameters
+from spinewatch.calibration.plausibility.limits import CalibrationLimits
 from spinewatch.calibration.plausibility.points import check_image_points, check_sensor
 from spinewatch.calibration.points import Sensor, Shot
 from spinewatch.calibration.solve.parameters import SolveParameters
@@ -39,7 +39,7 @@ def calibrate_checked(
     shots: Sequence[Shot],
     sensors: Sensors,
     solve: SolveParameters | None = None,
-    parameters: PlausibilityParameters | None = None,
+    parameters: CalibrationLimits | None = None,
     name: str = "rig",
     progress: Progress = silent,
 ) -> StereoCalibration:
@@ -100,7 +100,7 @@ def calibrate_checked(
     ...     print(str(error).split(";")[0])
     the range of the control field is 0.721 mm, outside 100 to 20000 mm: control points in metres?
     """
-    solve, parameters = solve or SolveParameters(), parameters or PlausibilityParameters()
+    solve, parameters = solve or SolveParameters(), parameters or CalibrationLimits()
     for c, (side, sensor) in enumerate(zip(SIDES, sensors, strict=True)):
         check_sensor(sensor, parameters)
         images = ((f"the {side} image of shot {shot.name}", shot.images[c]) for shot in shots)
@@ -119,7 +119,7 @@ def calibrate_checked(
 
 
 def doubt_flags(
-    calibration: StereoCalibration, parameters: PlausibilityParameters | None = None
+    calibration: StereoCalibration, parameters: CalibrationLimits | None = None
 ) -> tuple[Flag, ...]:
     """Return the flags of a calibration that is not refused but doubtful.
 
@@ -135,7 +135,7 @@ def doubt_flags(
     tuple of Flag
         ``pixel-size-doubtful`` per camera and ``calibration-poor`` per reason.
     """
-    parameters = parameters or PlausibilityParameters()
+    parameters = parameters or CalibrationLimits()
     doubts = _doubts(calibration, parameters)
     return (
         *aspect_doubts(calibration.adjustment, _CAMERA_NAMES, parameters),
@@ -144,7 +144,7 @@ def doubt_flags(
     )
 
 
-def _doubts(calibration: StereoCalibration, parameters: PlausibilityParameters) -> FitDoubts:
+def _doubts(calibration: StereoCalibration, parameters: CalibrationLimits) -> FitDoubts:
     return fit_doubts(calibration.rig, calibration.without_blunders(), calibration.adjustment, parameters)
 
 
@@ -161,7 +161,7 @@ def _unexplained(reasons: Sequence[str], n_shots: int) -> CalibrationError:
 
 
 def _cause(
-    shots: Sequence[Shot], sensors: Sensors, solve: SolveParameters, parameters: PlausibilityParameters
+    shots: Sequence[Shot], sensors: Sensors, solve: SolveParameters, parameters: CalibrationLimits
 ) -> CalibrationError | None:
     """Return the error that names what would make the shots fit, or None when nothing does."""
     if not solve.estimate_aspect and "aspect" not in solve.fixed:
@@ -176,7 +176,7 @@ def _cause(
 
 
 def _fitted(
-    shots: Sequence[Shot], sensors: Sensors, solve: SolveParameters, parameters: PlausibilityParameters
+    shots: Sequence[Shot], sensors: Sensors, solve: SolveParameters, parameters: CalibrationLimits
 ) -> StereoCalibration | None:
     """Return the calibration of the shots if nothing contradicts it, else None."""
     try:
@@ -188,7 +188,7 @@ def _fitted(
 
 
 def _aspect_error(
-    calibration: StereoCalibration, sensors: Sensors, parameters: PlausibilityParameters
+    calibration: StereoCalibration, sensors: Sensors, parameters: CalibrationLimits
 ) -> PixelSizeError | None:
     """Return the error for pixels whose adjusted aspect differs from the assumed one, or None."""
     for c, sensor in enumerate(sensors):

@@ -18,7 +18,7 @@ from spinewatch.calibration.marks.board_corners import BoardCornerParameters, fi
 from spinewatch.calibration.marks.detection import TargetParameters, Targets, find_targets
 from spinewatch.calibration.marks.eccentricity import eccentricity_px
 from spinewatch.calibration.marks.identification import identify_targets
-from spinewatch.calibration.plausibility.limits import PlausibilityParameters
+from spinewatch.calibration.plausibility.limits import CalibrationLimits
 from spinewatch.calibration.plausibility.points import check_sensor, repeated_shots
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot, flatness
 from spinewatch.calibration.quality.accuracy import (
@@ -74,7 +74,7 @@ class CalibrationParameters:
     corners: BoardCornerParameters = default(default_factory=BoardCornerParameters)
     identification: MarkIdentificationParameters = default(default_factory=MarkIdentificationParameters)
     solve: SolveParameters = default(default_factory=SolveParameters)
-    plausibility: PlausibilityParameters = default(default_factory=PlausibilityParameters)
+    plausibility: CalibrationLimits = default(default_factory=CalibrationLimits)
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ import numpy as np
 from contract.calibration import CalibrationResult
 from contract.calibration_quality import calibration_result
 from spinewatch.calibration import from_images
-from spinewatch.calibration.plausibility.limits import PlausibilityParameters
+from spinewatch.calibration.plausibility.limits import CalibrationLimits
 from spinewatch.calibration.quality.stereo_geometry import StereoGeometry
 
 
@@ -45,7 +45,7 @@ def test_cameras_are_described_by_side(calibrated: from_images.CalibrationResult
 def test_the_limits_that_it_was_compared_with_are_given(calibrated: from_images.CalibrationResult) -> None:
     made = calibration_result(calibrated, "0")
     assert made.limits is not None
-    assert made.limits.rms_px == PlausibilityParameters().rms_px
+    assert made.limits.rms_px == CalibrationLimits().rms_px
     assert made.limits.baseline_sd_mm[1] == 0.05 * calibrated.calibration.rig.baseline_mm
     assert made.limits.reference_sd_mm == [0.34, 0.35, 0.66]
     for camera in (made.cameras.left, made.cameras.right):

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from spinewatch.calibration.errors import ImplausibleCalibrationError
-from spinewatch.calibration.plausibility.limits import PlausibilityParameters
+from spinewatch.calibration.plausibility.limits import CalibrationLimits
 from spinewatch.calibration.solve.bundle import BundleAdjustment, adjust
 from spinewatch.calibration.solve.collinearity import PARAMETER_NAMES
 from spinewatch.camera import Camera
@@ -22,7 +22,7 @@ _MM_PER_UNIT = {"metres": 1000.0, "inches": 25.4, "centimetres": 10.0}
 def check_cameras(
     names: Sequence[str],
     adjustment: BundleAdjustment,
-    parameters: PlausibilityParameters,
+    parameters: CalibrationLimits,
     *,
     is_rig: bool,
 ) -> None:
@@ -56,7 +56,7 @@ def check_cameras(
         _check_principal_point(name, camera, adjustment.camera_sd(c), parameters)
 
 
-def _check_unit(adjustment: BundleAdjustment, parameters: PlausibilityParameters, *, is_rig: bool) -> None:
+def _check_unit(adjustment: BundleAdjustment, parameters: CalibrationLimits, *, is_rig: bool) -> None:
     """Check the distances of the cameras from the field and from each other, which show the unit of the field."""
     cameras = adjustment.block.cameras
     images = [image for (_, s), image in adjustment.block.images.items() if s == 0]
@@ -78,7 +78,7 @@ def _check_unit(adjustment: BundleAdjustment, parameters: PlausibilityParameters
 
 
 def _check_principal_point(
-    name: str, camera: Camera, sd: Mapping[str, float], parameters: PlausibilityParameters
+    name: str, camera: Camera, sd: Mapping[str, float], parameters: CalibrationLimits
 ) -> None:
     """Refuse a principal point that is the centre of an image of the same shape and another size."""
     offset = _principal_point_offset(camera, sd, parameters)
@@ -91,7 +91,7 @@ def _check_principal_point(
 
 
 def _principal_point_offset(
-    camera: Camera, sd: Mapping[str, float], parameters: PlausibilityParameters
+    camera: Camera, sd: Mapping[str, float], parameters: CalibrationLimits
 ) -> tuple[float, float] | None:
     """Return the significant offset (u, v) of the principal point from the image centre, of width and height."""
     width, height = np.array(camera.image_size_px) * camera.pixel_size_mm
@@ -104,7 +104,7 @@ def _principal_point_offset(
 
 
 def principal_point_doubts(
-    adjustment: BundleAdjustment, camera_names: Sequence[str], parameters: PlausibilityParameters
+    adjustment: BundleAdjustment, camera_names: Sequence[str], parameters: CalibrationLimits
 ) -> tuple[Flag, ...]:
     """Return a flag for each camera whose principal point is far from the centre of its image.
 
@@ -137,7 +137,7 @@ def principal_point_doubts(
 
 
 def aspect_doubts(
-    adjustment: BundleAdjustment, camera_names: Sequence[str], parameters: PlausibilityParameters
+    adjustment: BundleAdjustment, camera_names: Sequence[str], parameters: CalibrationLimits
 ) -> tuple[Flag, ...]:
     """Return a flag for each camera whose points show another aspect of the pixels than the assumed one.
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from spinewatch.arrays import Float
-from spinewatch.calibration.plausibility.limits import PlausibilityParameters
+from spinewatch.calibration.plausibility.limits import CalibrationLimits
 from spinewatch.calibration.points import Shot
 from spinewatch.calibration.quality.accuracy import shot_accuracy
 from spinewatch.calibration.solve.bundle import BundleAdjustment, adjust, rms
@@ -52,7 +52,7 @@ class FitLimits:
     reconstruction_mm: tuple[float, float]
 
 
-def fit_limits(rig: Rig, shots: Sequence[Shot], parameters: PlausibilityParameters) -> FitLimits:
+def fit_limits(rig: Rig, shots: Sequence[Shot], parameters: CalibrationLimits) -> FitLimits:
     """Return the limits of the fit of a rig to its shots.
 
     Parameters
@@ -76,7 +76,7 @@ def fit_limits(rig: Rig, shots: Sequence[Shot], parameters: PlausibilityParamete
 
 
 def fit_doubts(
-    rig: Rig, shots: Sequence[Shot], adjustment: BundleAdjustment, parameters: PlausibilityParameters
+    rig: Rig, shots: Sequence[Shot], adjustment: BundleAdjustment, parameters: CalibrationLimits
 ) -> FitDoubts:
     """Return what contradicts an adjusted rig: image residuals, deviation of the baseline, residuals on the board.
 

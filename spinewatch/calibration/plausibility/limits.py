@@ -6,50 +6,51 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class PlausibilityParameters:
+class CalibrationLimits:
     """Limits of a plausible calibration.
 
     Attributes
     ----------
     pixel_mm
-        Least and greatest width and height of a pixel, mm.
+        The least and the greatest width and height of a pixel, mm.
     focal_length_mm
-        Least and greatest focal length, mm.
+        The least and the greatest focal length, mm.
     range_mm
-        Least and greatest depth of the control field, mm.
+        The least and the greatest depth of the control field, mm.
     baseline_mm
-        Least and greatest distance of two cameras, mm.
+        The least and the greatest distance of two cameras, mm.
     usual_range_mm
-        Depths at which control fields are photographed: a unit that leads to one is named in the error, mm.
+        The depths at which control fields are photographed, mm: an error names the units that lead to one.
     min_extent_px
-        Extent of the points of an image below which they are not pixels, px.
+        The extent of the points of an image below which they are not pixels, px.
     border_px
-        Distance of a point outside the image that is permitted, px.
+        The distance outside the image that is permitted to a point, px.
     principal_point
-        Greatest offset of the principal point from the image centre, as a fraction of the width and height; beyond
-        it the calibration is flagged, ...
+        The offset of the principal point from the image centre above which a calibration is flagged, as a fraction of
+        the width and height.
     same_shape
-        ... and refused if the fractions differ by less than this: it is the centre of an image of another size.
+        The difference between the two fractions of a flagged offset below which the calibration is refused: the
+        principal point is then the centre of an image of another size.
     aspect
-        Deviation of the aspect of the pixels from the assumed one that is flagged, as a fraction of it, ...
+        The deviation of the aspect of the pixels from the assumed one above which it is flagged, as a fraction of it.
     sigmas
-        ... if it also exceeds this number of standard deviations. Also for the principal point.
+        The number of standard deviations that such a deviation, or offset of the principal point, must also exceed.
     max_aspect_sd
-        Standard deviation of the aspect up to which it counts as measured, as a fraction of it.
+        The standard deviation of the aspect up to which it counts as measured, as a fraction of it.
     rms_px
-        Image RMS above which a calibration is flagged, px, and several shots are refused ...
+        The image RMS above which a calibration is flagged, px.
     rms_of_single
-        ... if it is also this many times the RMS of each camera alone.
+        The ratio of such an image RMS to that of each camera alone above which several shots are refused.
     baseline_sd
-        Standard deviation of the baseline above which a rig is refused, as a fraction of it.
+        The standard deviation of the baseline above which a rig is refused, as a fraction of it.
     residual_of_field
-        RMS of the reconstructed control points above which a rig is refused, as a fraction of the field's diagonal.
+        The RMS of the reconstructed control points above which a rig is refused, as a fraction of the field's diagonal.
     doubtful
-        Fraction of the last two limits above which the calibration is flagged.
+        The fraction of ``baseline_sd`` and of ``residual_of_field`` above which a calibration is flagged.
     repeated_px
-        RMS difference of all image points up to which two shots count as one, px.
+        The RMS difference of all image points up to which two shots count as one, px.
     max_alternatives
-        Number of other orders and pairings of the images that are tried when shots disagree.
+        The number of other orders and pairings of the images that are tried when shots disagree.
     """
 
     pixel_mm: tuple[float, float] = (0.0005, 0.1)

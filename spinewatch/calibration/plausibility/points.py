@@ -7,12 +7,12 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from spinewatch.calibration.errors import PixelSizeError, PointsError
-from spinewatch.calibration.plausibility.limits import PlausibilityParameters
+from spinewatch.calibration.plausibility.limits import CalibrationLimits
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot
 from spinewatch.calibration.solve.bundle import rms
 
 
-def check_sensor(sensor: Sensor, parameters: PlausibilityParameters) -> None:
+def check_sensor(sensor: Sensor, parameters: CalibrationLimits) -> None:
     """Check that the pixels of a sensor have a size that pixels can have.
 
     Parameters
@@ -44,7 +44,7 @@ def check_sensor(sensor: Sensor, parameters: PlausibilityParameters) -> None:
 
 
 def check_image_points(
-    images: Iterable[tuple[str, ImagePoints]], sensor: Sensor, parameters: PlausibilityParameters
+    images: Iterable[tuple[str, ImagePoints]], sensor: Sensor, parameters: CalibrationLimits
 ) -> None:
     """Check that the image points of one camera are pixels of its image.
 
@@ -84,7 +84,7 @@ def check_image_points(
             )
 
 
-def repeated_shots(shots: Sequence[Shot], parameters: PlausibilityParameters) -> dict[int, tuple[int, float]]:
+def repeated_shots(shots: Sequence[Shot], parameters: CalibrationLimits) -> dict[int, tuple[int, float]]:
     """Return the shots that show the board where an earlier shot shows it.
 
     Parameters

@@ -9,7 +9,7 @@ from spinewatch.calibration.errors import (
     PointsError,
     TooFewPointsError,
 )
-from spinewatch.calibration.plausibility.limits import PlausibilityParameters
+from spinewatch.calibration.plausibility.limits import CalibrationLimits
 from spinewatch.calibration.points import ImagePoints, Sensor
 from spinewatch.geometry.transforms import RigidTransform
 from spinewatch.simulation.rigs import converging_rig
@@ -17,7 +17,7 @@ from tests.spinewatch.calibration.simulated import FIELD, IDENTITY, WIDE, WIDE_S
 
 THIRD = converging_rig(300.0, 18.0, target_mm=(317.5, 254.0, 40.0)).left
 CAMERAS = {"a": WIDE.left, "b": WIDE.right, "c": THIRD}
-WIDE_BORDER = PlausibilityParameters(border_px=100.0)
+WIDE_BORDER = CalibrationLimits(border_px=100.0)
 """Some points are simulated outside the image."""
 
 SHIFTED = RigidTransform(np.eye(3), np.array([10.0, -15.0, 5.0]))

@@ -10,7 +10,7 @@ from spinewatch.calibration.errors import (
     PoorFitError,
     ShotsDisagreeError,
 )
-from spinewatch.calibration.plausibility.limits import PlausibilityParameters
+from spinewatch.calibration.plausibility.limits import CalibrationLimits
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot
 from spinewatch.calibration.solve.parameters import SolveParameters
 from tests.spinewatch.calibration.simulated import SENSOR, SENSORS, TABLE_3_3, moved_board, stereo_shot
@@ -68,7 +68,7 @@ def test_without_alternatives_the_reasons_are_given() -> None:
             [a, Shot("2", b.right, b.left)],
             SENSORS,
             SolveParameters(check_orientation=False),
-            PlausibilityParameters(max_alternatives=0),
+            CalibrationLimits(max_alternatives=0),
         )
     assert "exchanged" not in str(raised.value)
 
@@ -86,7 +86,7 @@ def test_a_small_error_of_the_aspect_is_flagged() -> None:
 
 
 def test_a_rig_that_one_shot_leaves_open_is_refused() -> None:
-    strict = PlausibilityParameters(baseline_sd=1e-6)
+    strict = CalibrationLimits(baseline_sd=1e-6)
     with pytest.raises(ImplausibleCalibrationError, match="the calibration determines no rig: baseline 42"):
         calibrate_checked([stereo_shot(sigma_px=0.05)], SENSORS, parameters=strict)
     loose = calibrate_checked([stereo_shot(sigma_px=0.05)], SENSORS)

@@ -4,13 +4,13 @@ import pytest
 
 from spinewatch.calibration.errors import ImplausibleCalibrationError
 from spinewatch.calibration.plausibility.cameras import aspect_doubts, check_cameras, principal_point_doubts
-from spinewatch.calibration.plausibility.limits import PlausibilityParameters
+from spinewatch.calibration.plausibility.limits import CalibrationLimits
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot
 from spinewatch.calibration.solve.parameters import SolveParameters
 from spinewatch.calibration.stereo import StereoCalibration, calibrate_stereo
 from tests.spinewatch.calibration.simulated import SENSOR, SENSORS, stereo_shot
 
-PARAMETERS = PlausibilityParameters()
+PARAMETERS = CalibrationLimits()
 
 NAMES = ("left", "right")
 

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from spinewatch.calibration.plausibility.fit import baseline_sd_mm, fit_doubts, fit_limits
-from spinewatch.calibration.plausibility.limits import PlausibilityParameters
+from spinewatch.calibration.plausibility.limits import CalibrationLimits
 from spinewatch.calibration.points import Sensor, Shot
 from spinewatch.calibration.quality.rig_samples import sample_rigs
 from spinewatch.calibration.solve.parameters import SolveParameters
 from spinewatch.calibration.stereo import StereoCalibration, calibrate_stereo
 from tests.spinewatch.calibration.simulated import SENSORS, moved_board, stereo_shot
 
-PARAMETERS = PlausibilityParameters()
+PARAMETERS = CalibrationLimits()
 
 
 def solved(shot: Shot, sensors: tuple[Sensor, Sensor] = SENSORS) -> StereoCalibration:

@@ -1,12 +1,12 @@
 import pytest
 
 from spinewatch.calibration.errors import PixelSizeError, PointsError
-from spinewatch.calibration.plausibility.limits import PlausibilityParameters
+from spinewatch.calibration.plausibility.limits import CalibrationLimits
 from spinewatch.calibration.plausibility.points import check_image_points, check_sensor, repeated_shots
 from spinewatch.calibration.points import ImagePoints, Sensor
 from tests.spinewatch.calibration.simulated import SENSOR, TYPICAL, moved_board, stereo_shot
 
-PARAMETERS = PlausibilityParameters()
+PARAMETERS = CalibrationLimits()
 
 
 @pytest.mark.parametrize(
