@@ -20,7 +20,6 @@ from spinewatch.errors import SpinewatchError
 
 MEDIA_TYPE = "application/zip"
 FILE_SUFFIX = ".csv.zip"
-TABLE_MEDIA_TYPE = "text/csv; charset=utf-8"
 TABLES = (
     "stages", "vertebrae", "motion", "measures", "attribution", "remaining", "triads", "flags", "definitions"
 )  # fmt: skip

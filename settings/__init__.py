@@ -20,9 +20,6 @@ from settings.patterns import LinearPattern, TextPattern
 PREFIX = "SPINEWATCH_"
 """The beginning of every environment variable that is a setting."""
 
-_OF_COMMANDS = frozenset({"KEY"})
-"""Variables with the prefix that are options of commands: the API key that they send."""
-
 _CLIENT_VARIABLES = frozenset({"KEY"})
 """Variables with the prefix that commands read which ask a service, and that are no settings of it."""
 

@@ -53,7 +53,6 @@ class Action(StrEnum):
     CALIBRATION_SOLVED = "calibration:solved"
     SURGERY_CREATED = "surgery:created"
     SURGERY_DELETED = "surgery:deleted"
-    SURGERY_EXPORTED = "surgery:exported"
     SURGERY_PURGED = "surgery:purged"
     STAGE_SUBMITTED = "stage:submitted"
     STAGE_MEASURED = "stage:measured"

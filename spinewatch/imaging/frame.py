@@ -1,4 +1,4 @@
-"""Frames: one camera's image with its side and time of exposure."""
+"""Frames: one camera's image with its side."""
 
 from __future__ import annotations
 
@@ -25,8 +25,6 @@ class Frame:
         Raw gray levels, shape (H, W), 8 or 16 bits.
     side
         Camera that took the image.
-    exposed_at_s
-        Time of exposure, seconds, on a clock that both cameras share; None when it was not recorded.
 
     Examples
     --------
@@ -41,7 +39,6 @@ class Frame:
 
     pixels: Pixels
     side: Side
-    exposed_at_s: float | None = None
 
     @property
     def size_px(self) -> tuple[int, int]:

@@ -66,15 +66,12 @@ class DltSolution:
         The camera that these describe, with the sensor's aspect.
     aspect
         py/px as the image shows it (eq. 3.5).
-    skew_deg
-        Deviation of the plate's axes from a right angle, degrees.
     """
 
     L: Float
     K1: float
     camera: Camera
     aspect: float
-    skew_deg: float
 
 
 def check_solvable(points: ImagePoints, where: str, parameters: DltParameters | None = None) -> None:
@@ -301,7 +298,6 @@ def _decompose(P: Float, K1: float, points: ImagePoints, sensor: Sensor) -> DltS
     x0, y0 = m1 @ m3, m2 @ m3
     a, b = -(m1 - x0 * m3), -(m2 - y0 * m3)
     fx, fy = np.linalg.norm(a), np.linalg.norm(b)
-    skew = np.degrees(np.arcsin(np.clip(a @ b / (fx * fy), -1, 1)))
     M = nearest_rotation(np.stack([a / fx, b / fy, m3]))
     centre = -np.linalg.solve(P[:, :3], P[:, 3])
     f = float(np.sqrt(fx * fy))
@@ -313,4 +309,4 @@ def _decompose(P: Float, K1: float, points: ImagePoints, sensor: Sensor) -> DltS
         (K1, 0.0),
     )
     px, py = sensor.pixel_size_mm
-    return DltSolution(P / P[2, 3], K1, camera, float(py / px * fx / fy), float(skew))
+    return DltSolution(P / P[2, 3], K1, camera, float(py / px * fx / fy))

@@ -7,7 +7,7 @@ from spinewatch.imaging.frame import Frame
 
 def test_a_frame_gives_its_size_and_new_gray_levels() -> None:
     pixels = np.arange(6, dtype=np.uint8).reshape(2, 3)
-    frame = Frame(pixels, "right", exposed_at_s=12.5)
+    frame = Frame(pixels, "right")
     assert frame.size_px == (3, 2)
     gray = frame.gray()
     assert gray.dtype == np.float32
