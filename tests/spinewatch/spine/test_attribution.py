@@ -12,6 +12,8 @@ from spinewatch.spine.results import Attribution
 from tests.spinewatch.spine.spines import LEVELS, disturbed, errors, scoliosis, tilted
 
 BENT = tilted([-25.0, -20.0, 0.0, 20.0, 30.0], sagittal_deg=[10.0, 5.0, 0.0, -5.0, -10.0])
+MOVING = {"curve 1", "curve 2", "curve 3", *LEVELS} - {"L5"}
+"""What moves in `scoliosis` with respect to L5."""
 
 
 def of(found: tuple[Attribution, ...], subject: str, quantity: str) -> Attribution:
@@ -81,7 +83,9 @@ def test_parts_add_up_with_deviations_and_intervals() -> None:
     units = {source: rng.standard_normal(102) for source in factors}
     before = disturbed(scoliosis(), {"initial": factors["initial"]}, units)
     after = disturbed(scoliosis(0.5, 0.6, 1.2), factors, units)
-    for a in attribute(before, after, before, "L5"):
+    found = attribute(before, after, before, "L5")
+    assert {a.subject for a in found} == MOVING
+    for a in found:
         assert a.reason is None
         total = a.rotation.value + a.distraction.value + a.remainder
         assert total == pytest.approx(a.total.value, abs=1e-9)
@@ -94,7 +98,9 @@ def test_parts_add_up_with_deviations_and_intervals() -> None:
 def test_shared_errors_cancel() -> None:
     shared = {"initial": errors(17, 0.5, 2.0)}
     before, after = (replace(s, errors=shared) for s in (scoliosis(), scoliosis(0.98)))
-    for a in attribute(before, after, before, "L5"):
+    found = attribute(before, after, before, "L5")
+    assert {a.subject for a in found} == MOVING
+    for a in found:
         assert a.total.sd < 0.1
 
 

@@ -60,7 +60,9 @@ def test_it_is_the_change_of_the_configurations(
 
 def test_bodies_move_as_the_truth_says() -> None:
     case = surgery(2, SOME)
-    for change in body_motion(case.setup, case.stages, "INTER", "POST"):
+    found = body_motion(case.setup, case.stages, "INTER", "POST")
+    assert [change.vertebra for change in found] == list(SOME)
+    for change in found:
         i = LEVELS.index(change.vertebra)
         before, after = case.truth["INTER"], case.truth["POST"]
         assert np.allclose(change.translation_mm, after.position_mm[i] - before.position_mm[i], atol=1e-9)

@@ -132,13 +132,16 @@ def test_a_marker_that_is_lost_at_the_stage_is_a_reason() -> None:
 
 
 def test_the_plane_of_a_straight_curve_is_not_determined() -> None:
-    spine = replace(tilted([0.0, 1.0, 0.5, 0.0, 0.2]), errors={"triads A": errors(5)})
+    tilts = [0.0, 1.0, 0.5, 0.0, 0.2]
+    spine = replace(tilted(tilts), errors={"triads A": errors(5)})
     plane = measure(spine, "plane-of-maximum-curvature")
     assert plane.status is MeasureStatus.NOT_MEASURED
     assert "nearly parallel" in (plane.reason or "")
     angle = measure(spine, "angle-3d")
     assert angle.lower == 0.0
-    assert angle.value >= 0
+    upper, lower = (tilts[spine.index(level)] for level in angle.levels)
+    assert angle.value == pytest.approx(abs(lower - upper))
+    assert angle.value > 0
 
 
 def test_too_few_vertebrae_for_a_curve() -> None:

@@ -77,15 +77,17 @@ def test_a_ball_that_a_person_placed_is_beyond_doubt() -> None:
     seen = observed()
     left = with_unsure_ball(seen, 4)
     left = replace(left, manual=seen.left_ball == 4)
-    assert not any(triad.doubtful for triad in search(left, refined(seen.right)).triads)
+    found = search(left, refined(seen.right)).triads
+    assert [triad.doubtful for triad in found] == [False] * 4
 
 
 def test_features_that_no_network_refined_raise_no_doubt() -> None:
     seen = observed()
     none = SearchParameters(doubt=DoubtParameters(max_chance=0.0))
-    assert not any(triad.doubtful for triad in search(seen.left, seen.right, none).triads)
-    found = search(refined(seen.left), refined(seen.right), none)
-    assert all(triad.doubtful for triad in found.triads)
+    found = search(seen.left, seen.right, none).triads
+    assert [(triad.doubtful, triad.pose is None) for triad in found] == [(False, False)] * 4
+    found = search(refined(seen.left), refined(seen.right), none).triads
+    assert [triad.doubtful for triad in found] == [True] * 4
 
 
 def test_no_triad_keeps_its_pose_when_most_are_doubtful() -> None:
@@ -94,6 +96,6 @@ def test_no_triad_keeps_its_pose_when_most_are_doubtful() -> None:
     half = without_doubtful_poses(triads, [0.5, 0.5, 0.05, 0.01], 0.1)
     assert [t.doubtful for t in without_unsupported_poses(half)] == [True, True, False, False]
     most = without_unsupported_poses(without_doubtful_poses(triads, [0.5, 0.5, 0.05, 0.5], 0.1))
-    assert all(t.pose is None for t in most)
+    assert [t.pose for t in most] == [None] * 4
     assert most[2].reason == "it is doubtful: so are 3 of the 3 others"
     assert [t.chance_false for t in most] == [0.5, 0.5, 0.05, 0.5]

@@ -140,6 +140,7 @@ def test_the_same_features_give_the_same_bits() -> None:
     first, second = (
         match_triads(observed.left, observed.right, rig, PARAMETERS, expected=4) for _ in range(2)
     )
+    assert len(first.triads) == 4
     for a, b in zip(first.triads, second.triads, strict=True):
         assert a.pose is not None
         assert b.pose is not None
@@ -151,6 +152,7 @@ def test_a_stricter_selection_keeps_fewer() -> None:
     rig, rng = small_rig(), np.random.default_rng(9)
     observed = observe(rig, random_spine(rng), rng, FeatureNoise(0.3, false_features=50))
     strict = replace(PARAMETERS, selection=SelectionParameters(chain=ChainParameters(min_log_odds=50.0)))
+    assert len(match_triads(observed.left, observed.right, rig, PARAMETERS, expected=4).triads) == 4
     assert len(match_triads(observed.left, observed.right, rig, strict, expected=4).triads) == 0
 
 
