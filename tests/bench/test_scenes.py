@@ -55,7 +55,9 @@ def stage(scene: Scene, triads: Sequence[LabelledTriad]) -> StageMeasurement:
 
 
 def test_sample_truth_agrees_with_its_cameras() -> None:
-    for scene in find_scenes(SAMPLES):
+    scenes = list(find_scenes(SAMPLES))
+    assert [len(scene.triads) for scene in scenes] == [4, 4, 4]
+    for scene in scenes:
         for triad in scene.triads:
             legs = {"XX": [18, 0, 0], "YY": [0, -14, 0], "MX": [-10, 0, 0]}
             for ball, leg in legs.items():

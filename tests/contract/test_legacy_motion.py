@@ -10,11 +10,13 @@ from tests.contract.results import pose
 
 def test_rows_and_motions_pass_through_json_to_the_last_bit() -> None:
     before, after = (triad_table({"L1": pose(a), "T11": pose(b)}, "L1") for a, b in ((1, 2), (3, 4)))
+    motions = legacy_motion(before, after)
+    assert (len(before), len(motions)) == (2, 2)
     for row in before:
         document = json.loads(TriadRow.of(row).model_dump_json())
         for name in set(document) - {"vertebra"}:
             np.testing.assert_array_equal(document[name], getattr(row, name))
-    for motion in legacy_motion(before, after):
+    for motion in motions:
         document = json.loads(LegacyMotion.of(motion).model_dump_json())
         for name in set(document) - {"vertebra"}:
             np.testing.assert_array_equal(document[name], getattr(motion, name))

@@ -131,8 +131,12 @@ def test_only_what_is_measured_is_final(bundle: dict[str, Any]) -> None:
         "bracketed": "preliminary",
         "interpolated": "preliminary",
     }
+    found = set()
     for observation in resources(bundle, "Observation"):
-        assert observation["status"] == status[component(observation, "status")["coding"][0]["code"]]
+        code = component(observation, "status")["coding"][0]["code"]
+        assert observation["status"] == status[code]
+        found.add(code)
+    assert found == set(status)
 
 
 def test_what_is_assumed_is_preliminary(summary: SurgerySummary) -> None:

@@ -75,7 +75,9 @@ def test_every_number_is_read_back_with_its_interval(groups: list[Any]) -> None:
 
 def test_uncertainty_has_the_unit_of_its_value(groups: list[Any]) -> None:
     group = next(g for g in groups if stage_of(g) == "PRE" and g.tracking_identifier == "curve 1")
-    for item in children(group, "NUM"):
+    numbers = list(children(group, "NUM"))
+    assert len(numbers) > 1
+    for item in numbers:
         widths = [child for child in item.ContentSequence if child.ValueType == "NUM"]
         assert len(widths) == 3
         assert {width.unit.value for width in widths} == {item.unit.value}

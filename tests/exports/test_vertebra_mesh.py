@@ -20,6 +20,7 @@ def test_every_edge_is_between_two_triangles_that_run_opposite_ways(mesh: Mesh) 
         for triangle in mesh.triangles
         for i in range(3)
     )
+    assert edges.total() == 3 * len(mesh.triangles) > 0
     assert all(edges[b, a] == count for (a, b), count in edges.items())
 
 

@@ -38,6 +38,7 @@ def test_changes_are_later_less_earlier() -> None:
 def test_they_are_the_differences_of_the_measures() -> None:
     before, after = stages(0)
     first, second = (measure_spine(stage, before).measures for stage in (before, after))
+    assert {"cobb-fixed", "kyphosis", "coronal-balance"} <= {measure.definition for measure in first}
     for a, b, change in zip(first, second, measure_changes(before, after, before), strict=True):
         assert (change.definition, change.curve) == (b.definition, b.curve)
         assert float(wrapped(np.array(change.value - b.value + a.value))) == pytest.approx(0, abs=1e-9)
@@ -59,14 +60,20 @@ def test_errors_that_both_stages_share_cancel() -> None:
 def test_a_change_is_known_better_than_the_measure() -> None:
     before, after = stages(1)
     absolute = measure_spine(after, before).measures
-    for value, change in zip(absolute, measure_changes(before, after, before), strict=True):
-        if value.definition.startswith("cobb"):
-            assert change.sd < value.sd
+    pairs = [
+        (value, change)
+        for value, change in zip(absolute, measure_changes(before, after, before), strict=True)
+        if value.definition.startswith("cobb")
+    ]
+    assert len(pairs) == 6
+    assert all(change.sd < value.sd for value, change in pairs)
 
 
 def test_nothing_has_changed_between_a_stage_and_itself() -> None:
     before, _ = stages(2)
-    for change in measure_changes(before, before, before):
+    changes = measure_changes(before, before, before)
+    assert {"cobb-fixed", "cobb-reselected", "kyphosis"} <= {change.definition for change in changes}
+    for change in changes:
         assert change.value == 0.0
         # Which vertebrae are tilted most is not known better at the same stage.
         assert change.sd == 0.0 or change.definition == "cobb-reselected"

@@ -25,6 +25,11 @@ from tests.spinewatch.spine.spines import disturbed, errors, scoliosis, tilted
 PARAMETERS = MeasureParameters()
 MIRROR = np.diag([1.0, -1.0, 1.0])
 SYMMETRIC = {"kyphosis", "lordosis", "angle-3d"}
+ALL = {
+    "cobb-fixed", "cobb-reselected", "apical-rotation", "apical-rotation-projected", "apical-translation", "ferguson",
+    "angle-3d", "plane-of-maximum-curvature", "kyphosis", "lordosis", "coronal-balance",
+}  # fmt: skip
+"""Definitions of the measures of `scoliosis`."""
 
 
 def measure(spine: SpineConfiguration, definition: str, curve: str | None = "curve 1") -> MeasureValue:
@@ -61,7 +66,9 @@ def test_a_right_curve_by_hand() -> None:
 
 def test_every_value_has_a_deviation_and_an_interval() -> None:
     spine = noisy(0)
-    for m in measure_spine(spine, spine).measures:
+    measures = measure_spine(spine, spine).measures
+    assert {m.definition for m in measures} == ALL
+    for m in measures:
         assert m.status is MeasureStatus.MEASURED
         assert m.sd > 0
         assert m.lower < m.value < m.upper
@@ -78,9 +85,9 @@ def test_a_mirror_flips_the_signs_that_it_must_and_no_deviation(seed: int) -> No
         poses=SpinePoses(spine.poses.position_mm @ MIRROR, MIRROR @ spine.poses.rotation @ MIRROR),
         errors={source: flip @ factor for source, factor in spine.errors.items()},
     )
-    for a, b in zip(
-        measure_spine(spine, spine).measures, measure_spine(mirrored, mirrored).measures, strict=True
-    ):
+    measures = measure_spine(spine, spine).measures
+    assert {m.definition for m in measures} == ALL
+    for a, b in zip(measures, measure_spine(mirrored, mirrored).measures, strict=True):
         assert (a.definition, a.levels) == (b.definition, b.levels)
         assert b.value == pytest.approx(a.value if a.definition in SYMMETRIC else -a.value, abs=1e-6)
         assert b.sd == pytest.approx(a.sd, abs=1e-6)
@@ -114,7 +121,9 @@ def test_an_end_vertebra_without_a_marker_is_bracketed() -> None:
 
 def test_an_assumed_configuration_makes_every_measure_assumed() -> None:
     spine = replace(scoliosis(), assumed=True)
-    assert all(m.assumed for m in measure_spine(spine, spine).measures)
+    measures = measure_spine(spine, spine).measures
+    assert {m.definition for m in measures} == ALL
+    assert all(m.assumed for m in measures)
 
 
 def test_a_marker_that_is_lost_at_the_stage_is_a_reason() -> None:
@@ -157,7 +166,9 @@ def test_too_few_vertebrae_for_a_curve() -> None:
 def test_without_errors_there_is_no_deviation(seed: int) -> None:
     rng = np.random.default_rng(seed)
     spine = scoliosis(rng.uniform(0.5, 1.5))
-    for m in measure_spine(spine, spine).measures:
+    measures = measure_spine(spine, spine).measures
+    assert {m.definition for m in measures} == ALL
+    for m in measures:
         assert m.sd == pytest.approx(0.0, abs=1e-9)
         assert m.lower == pytest.approx(m.value, abs=1e-9)
 

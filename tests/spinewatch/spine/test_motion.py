@@ -50,7 +50,9 @@ def test_moving_the_cart_moves_nothing(seed: int) -> None:
     start = {v: random_pose(rng) for v in ("L1", "T11", "T9")}
     R, t = Rotation.random(rng=rng).as_matrix(), rng.uniform(-300, 300, 3)
     end = {v: pose(R @ p.position_mm + t, R @ p.rotation) for v, p in start.items()}
-    for motion in relative_motion(start, end, "L1"):
+    motions = relative_motion(start, end, "L1")
+    assert [motion.vertebra for motion in motions] == ["T11", "T9"]
+    for motion in motions:
         assert np.allclose(motion.translation_mm, 0, atol=1e-9)
         assert motion.angle_deg == pytest.approx(0, abs=1e-6)
 

@@ -26,6 +26,9 @@ def test_parameters_that_were_held_do_not_vary() -> None:
     calibration = calibrate_stereo([stereo_shot(sigma_px=0.05)], SENSORS)
     held = [i for i, n in enumerate(PARAMETER_NAMES) if n not in calibration.free["right"]]
     true = camera_vector(calibration.rig.right)
-    for rig in sample_rigs(calibration.adjustment, 3, np.random.default_rng(1)):
+    rigs = sample_rigs(calibration.adjustment, 3, np.random.default_rng(1))
+    assert len(rigs) == 3
+    assert held
+    for rig in rigs:
         assert np.array_equal(camera_vector(rig.right)[held], true[held])
         assert not np.array_equal(camera_vector(rig.right), true)

@@ -17,7 +17,9 @@ def test_rigid_motions_have_no_errors(seed: int) -> None:
     rng = np.random.default_rng(seed)
     X = FIELD.points_mm[:8]
     moved = X @ rotation_from_vector(rng.normal(0, 1, 3)).T + rng.normal(0, 50, 3)
-    for entry in size_accuracy([moved - X], [X], (50.0, 400.0, 900.0)):
+    classes = size_accuracy([moved - X], [X], (50.0, 400.0, 900.0))
+    assert len(classes) == 2
+    for entry in classes:
         assert entry.distance_rms_mm < 1e-9
         assert entry.angle_rms_deg < 1e-6
 
