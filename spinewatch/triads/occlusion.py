@@ -11,36 +11,31 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 
 from spinewatch.arrays import Float, Int
 from spinewatch.camera import Rig
 from spinewatch.detection.features import HIDDEN
-from spinewatch.geometry.projection import PinholeStack
 from spinewatch.geometry.rays import Rays
 from spinewatch.geometry.transforms import approximate_poses
 from spinewatch.markers import TriadModel
 from spinewatch.matching.identification import (
     IdentificationParameters,
     chi2_limit,
-    distance_chi2,
     identify_triads,
     log_gate_volume,
-    pairs_at_distances,
 )
 from spinewatch.matching.points import Points
-from spinewatch.matching.rating import point_log_odds, rate_triplets, score_log_odds, tilt_log_odds
+from spinewatch.matching.rating import rate_triplets, score_log_odds, tilt_log_odds
 from spinewatch.matching.selection_parameters import SelectionParameters
 from spinewatch.matching.triad_candidates import MAX_BALLS, TriadCandidates, pad_features
+from spinewatch.triads.ball_pairs import BallPairs, ball_pairs, pair_candidates
 from spinewatch.triads.pose_adjustment import PoseAdjustmentParameters, adjust_poses, triad_images
+from spinewatch.triads.third_ball import Circles, features_near_circles, third_ball_circles
 
 _DOF = 4
 """Five ball images of two coordinates less the six parameters of a pose."""
-
-_MIN_NORM = 1e-9
-"""Vectors shorter than this have no direction."""
 
 
 def _few_steps() -> PoseAdjustmentParameters:
@@ -214,12 +209,19 @@ def occluded_candidates(
         if len(model.balls) == MAX_BALLS:
             parts += _without_one_ball(problem, index, model, parameters.occluded_rate * expected)
             continue
-        fitted = [_fit(problem, index, model, triads) for triads in _initial_triads(problem, model)]
+        pairs = ball_pairs(
+            features.points,
+            model,
+            parameters.tolerance_mm,
+            identification.model_sd_mm,
+            parameters.significance,
+        )
+        fitted = [_fit(problem, index, model, triads) for triads in _initial_triads(problem, model, pairs)]
         occluded = TriadCandidates.concatenate([TriadCandidates.empty(), *fitted])
         parts.append(_most_likely(occluded, parameters.occluded_rate * expected, parameters.max_candidates))
         if missing is not None:
-            pairs = _pair_candidates(problem, index, model)
-            parts.append(_most_likely(pairs, parameters.pair_rate * expected, parameters.max_pairs))
+            alone = pair_candidates(pairs, features.points, index, model, selection, parameters.significance)
+            parts.append(_most_likely(alone, parameters.pair_rate * expected, parameters.max_pairs))
     return TriadCandidates.concatenate(parts)
 
 
@@ -261,193 +263,37 @@ def _without_one_ball(
     return parts
 
 
-def _pair_candidates(problem: _Problem, index: int, model: TriadModel) -> TriadCandidates:
-    """Return pairs of balls of a triad whose third ball is in neither image, with a pose whose z is near Z."""
-    points, p = problem.points, problem.occlusion
-    ball_odds = point_log_odds(points, problem.selection)
-    log_gate = log_gate_volume(1, p.significance)
-    parts = [TriadCandidates.empty()]
-    for (a, b), distance, pairs, chi_square in _pairs_of_balls(problem, model):
-        i, j = pairs.T
-        along = points.position_mm[j] - points.position_mm[i]
-        u = along / np.linalg.norm(along, axis=1, keepdims=True)
-        fit_odds = -0.5 * chi_square - 0.5 * np.log(2 * np.pi) + log_gate
-        A, B = model.coordinates_mm[a], model.coordinates_mm[b]
-        rotation = _frames_near_z(u) @ _frames_near_z(((B - A) / distance)[None])[0].T
-        origin = (points.position_mm[i] + points.position_mm[j]) / 2 - rotation @ ((A + B) / 2)
-        left, right = (
-            _feature_table(used, pairs, (a, b), MAX_BALLS) for used in (points.left_index, points.right_index)
-        )
-        kinds = np.full(len(pairs), index, dtype=np.intp)
-        log_odds = fit_odds + (ball_odds[i] + ball_odds[j])  # exactly the same for both orders of a pair
-        parts.append(TriadCandidates(kinds, origin, rotation, log_odds, left, right))
-    return TriadCandidates.concatenate(parts)
-
-
-def _pairs_of_balls(
-    problem: _Problem, model: TriadModel
-) -> Iterator[tuple[tuple[int, int], float, Int, Float]]:
-    """Yield two balls, their distance, pairs (p, 2) of points that fit it and the chi-squares (p,) of their fit."""
-    lists = pairs_at_distances(problem.points, model.distances_mm, problem.occlusion.tolerance_mm)
-    limit = chi2_limit(1, problem.occlusion.significance)
-    for (a, b), distance, pairs in zip(model.pairs.tolist(), model.distances_mm, lists, strict=True):
-        chi_square = distance_chi2(problem.points, pairs, distance, problem.identification.model_sd_mm)
-        fitting = chi_square <= limit
-        yield (a, b), distance, pairs[fitting], chi_square[fitting]
-
-
-def _feature_table(used: Int, pairs: Int, balls: tuple[int, int], n_balls: int) -> Int:
-    """Return the features (p, n) of pairs (p, 2) of points in the columns of two balls, `HIDDEN` elsewhere."""
-    table = np.full((len(pairs), n_balls), HIDDEN)
-    table[:, balls[0]], table[:, balls[1]] = used[pairs[:, 0]], used[pairs[:, 1]]
-    return table
-
-
-def _frames_near_z(u: Float) -> Float:
-    """Return frames (n, 3, 3) whose x is a unit vector (n, 3) and whose z is as near to Z as possible."""
-    z = np.array([0.0, 0.0, 1.0]) - u[:, 2:] * u
-    z /= np.maximum(np.linalg.norm(z, axis=1, keepdims=True), _MIN_NORM)
-    return np.stack([u, np.cross(z, u), z], axis=-1)
-
-
-@dataclass(frozen=True, eq=False)
-class _Circles:
-    """Circles: centres (c, 3), unit axes (c, 3), unit vectors to the first point (c, 3), radius, number of points."""
-
-    centre_mm: Float
-    axis: Float
-    first: Float
-    radius_mm: float
-    n_points: int
-
-    @cached_property
-    def points_mm(self) -> Float:
-        """Evenly spaced points of the circles, shape (c, 3, n), mm."""
-        angle = np.linspace(0, 2 * np.pi, self.n_points, endpoint=False)
-        second = np.cross(self.axis, self.first)
-        weights = np.stack(
-            [np.ones(self.n_points), self.radius_mm * np.cos(angle), self.radius_mm * np.sin(angle)]
-        )
-        return np.asarray(np.stack([self.centre_mm, self.first, second], axis=-1) @ weights)
-
-    def along_sight(self, index: Int, point: Int, sight: Float, min_depth: float) -> tuple[Float, Float]:
-        """Return the two points (k, 3) of circles (k,) on a line of sight (k, 3) that passes near a point (k,).
-
-        Where the line of sight touches the circle, they are moved apart to a fraction of the radius.
-        """
-        radial = self.points_mm[index, :, point] - self.centre_mm[index]
-        axis = self.axis[index]
-        line = sight - (sight * axis).sum(axis=1, keepdims=True) * axis
-        line /= np.maximum(np.linalg.norm(line, axis=1, keepdims=True), _MIN_NORM)
-        depth = (radial * line).sum(axis=1, keepdims=True)
-        across = radial - depth * line
-        depth = np.maximum(np.abs(depth), min_depth * self.radius_mm)
-        near, far = (self._on_circle(index, across + sign * depth * line) for sign in (-1, 1))
-        return near, far
-
-    def _on_circle(self, index: Int, radial: Float) -> Float:
-        """Return the points (k, 3) of circles (k,) in the direction of vectors (k, 3) from their centres."""
-        radial *= self.radius_mm / np.linalg.norm(radial, axis=1, keepdims=True)
-        return np.asarray(self.centre_mm[index] + radial)
-
-
-@dataclass(frozen=True, eq=False)
-class _Encounters:
-    """Features near the image of a circle: circles, features and points of the circle (k,); distances (k,), mm."""
-
-    circle: Int
-    feature: Int
-    point: Int
-    distance_mm: Float
-
-
-def _initial_triads(problem: _Problem, model: TriadModel) -> Iterator[_InitialTriads]:
+def _initial_triads(
+    problem: _Problem, model: TriadModel, pairs: Sequence[BallPairs]
+) -> Iterator[_InitialTriads]:
     """Yield triads for each hidden ball, each image that still shows it, and each of two positions of it."""
-    for balls, _, pairs, _ in _pairs_of_balls(problem, model):
-        circles = _third_ball_circles(problem, pairs, model, balls)
+    for found in pairs:
+        P, Q = (problem.points.position_mm[found.point[:, k]] for k in (0, 1))
+        circles = third_ball_circles(P, Q, model, found.balls, problem.occlusion.n_circle_points)
         for side in (0, 1):
-            yield from _initial_triads_in_image(problem, pairs, balls, circles, side)
+            yield from _initial_triads_in_image(problem, found, circles, side)
 
 
 def _initial_triads_in_image(
-    problem: _Problem, pairs: Int, balls: tuple[int, int], circles: _Circles, side: int
+    problem: _Problem, pairs: BallPairs, circles: Circles, side: int
 ) -> Iterator[_InitialTriads]:
     """Yield two triads for each feature of one image that is near a circle: third ball in front and at the back."""
-    points, rays = problem.points, problem.features.rays[side]
-    near = _encounters(circles, rays, problem.features.free[side], problem.occlusion)
+    points, rays, p = problem.points, problem.features.rays[side], problem.occlusion
+    near = features_near_circles(circles, rays, problem.features.free[side], p.max_circle_distance_mrad)
     score_odds = score_log_odds(points.score, problem.selection)
-    a, b = balls
+    a, b = pairs.balls
     third = 3 - a - b
-    i, j = pairs[near.circle].T
-    features = [
-        _feature_table(used, pairs[near.circle], balls, 3) for used in (points.left_index, points.right_index)
-    ]
+    seen = pairs.take(near.circle)
+    i, j = seen.point.T
+    features = [seen.features(used, 3) for used in (points.left_index, points.right_index)]
     features[side][:, third] = near.feature
-    ends = circles.along_sight(
-        near.circle, near.point, rays.vectors[near.feature], problem.occlusion.min_circle_depth
-    )
+    ends = circles.along_sight(near.circle, near.point, rays.vectors[near.feature], p.min_circle_depth)
     for end in ends:
         balls_mm = np.empty((len(i), 3, 3))
         balls_mm[:, a], balls_mm[:, b], balls_mm[:, third] = points.position_mm[i], points.position_mm[j], end
         yield _InitialTriads(
             balls_mm, features[0], features[1], score_odds[i] + score_odds[j], near.distance_mm
         )
-
-
-def _third_ball_circles(problem: _Problem, pairs: Int, model: TriadModel, balls: tuple[int, int]) -> _Circles:
-    """Return the circles on which the third ball must lie, about the lines through pairs (p, 2) of points."""
-    a, b = balls
-    A, B, C = (model.coordinates_mm[k] for k in (a, b, 3 - a - b))
-    span = float(np.linalg.norm(B - A))
-    along = float((C - A) @ (B - A)) / span
-    radius = float(np.sqrt(((C - A) ** 2).sum() - along**2))
-    P, Q = (problem.points.position_mm[pairs[:, k]] for k in (0, 1))
-    u = (Q - P) / np.linalg.norm(Q - P, axis=1, keepdims=True)
-    centre = (P + Q) / 2 + (along - span / 2) * u
-    return _Circles(centre, u, _frames_near_z(u)[:, :, 2], radius, problem.occlusion.n_circle_points)
-
-
-def _encounters(circles: _Circles, rays: Rays, free: Int, parameters: OcclusionParameters) -> _Encounters:
-    """Return the free features (f,) of an image that are near the image of a circle."""
-    if not len(circles.centre_mm) or not len(free):
-        none = np.empty(0, dtype=np.intp)
-        return _Encounters(none, none, none, np.empty(0))
-    cameras = PinholeStack.of([rays.pinhole])
-    images = cameras.ideal(np.swapaxes(circles.points_mm, 0, 1).reshape(3, -1))[0]
-    margin = rays.pinhole.focal_length_mm * parameters.max_circle_distance_mrad / 1000
-    image, k, distance = _neighbours(images, np.ascontiguousarray(rays.ideal_mm[free].T), margin)
-    circle, point = np.divmod(image, circles.n_points)
-    encounter = circle * len(free) + k
-    order = np.lexsort((distance, encounter))
-    nearest = order[np.diff(encounter[order], prepend=-1) > 0]
-    return _Encounters(circle[nearest], free[k[nearest]], point[nearest], distance[nearest])
-
-
-def _neighbours(points: Float, others: Float, radius: float) -> tuple[Int, Int, Float]:
-    """Return the pairs (p,), (p,) of points (2, n) and others (2, m) within a radius, with their distances (p,).
-
-    The plane is divided into cells as wide as the radius: near others lie in the nine cells about a point.
-    """
-    low = others.min(axis=1, keepdims=True) - 2 * radius
-    high = others.max(axis=1, keepdims=True) + 2 * radius
-    near = np.flatnonzero(np.logical_and.reduce((points > low) & (points < high)))
-    (row, column), (other_row, other_column) = (
-        ((xy - low) / radius).astype(np.intp) for xy in (points[:, near], others)
-    )
-    width = int(column.max(initial=0)) + int(other_column.max()) + 2
-    around = np.array([i * width + j for i in (-1, 0, 1) for j in (-1, 0, 1)])
-    cells = (other_row * width + other_column + around[:, None]).ravel()
-    order = np.argsort(cells, kind="stable")
-    counts = np.bincount(cells, minlength=int(row.max(initial=0) + 1) * width)
-    cell = row * width + column
-    count, first = counts[cell], (np.cumsum(counts) - counts)[cell]
-    point = np.repeat(near, count)
-    within = np.arange(len(point)) - np.repeat(np.cumsum(count) - count, count)
-    other = order[np.repeat(first, count) + within] % others.shape[1]
-    apart = points[:, point] - others[:, other]
-    distance = np.sqrt((apart * apart).sum(axis=0))
-    kept = np.flatnonzero(distance <= radius)
-    return point[kept], other[kept], distance[kept]
 
 
 def _fit(problem: _Problem, index: int, model: TriadModel, triads: _InitialTriads) -> TriadCandidates:
