@@ -17,6 +17,7 @@ DECLARATIONS = frozenset(
         "spinewatch/matching/selection_parameters",
         "spinewatch/parameters",
         "spinewatch/progress",
+        "spinewatch/triads/diagnosis_parameters",
     }
 )
 """Modules of declarations alone, which other modules' tests exercise."""

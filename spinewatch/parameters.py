@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Protocol
 from spinewatch.detection.candidates.search import DetectionParameters
 from spinewatch.detection.refinement.centres import CentreParameters
 from spinewatch.matching.rig_check import RigCheckParameters
-from spinewatch.triads.diagnosis import DiagnosisParameters
+from spinewatch.triads.diagnosis_parameters import DiagnosisParameters
 from spinewatch.triads.labels import LabelParameters
 from spinewatch.triads.search import SearchParameters
 from spinewatch.triads.second_look import SecondLookParameters

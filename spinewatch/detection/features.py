@@ -70,6 +70,21 @@ class Features:
         manual = None if self.manual is None else self.manual[i]
         return Features(self.xy_px[i], self.score[i], self.covariance_px2[i], visible, manual)
 
+    def best(self, count: int) -> Features:
+        """Return the features with the best scores.
+
+        Parameters
+        ----------
+        count
+            Largest number of features.
+
+        Returns
+        -------
+        Features
+            The selected features, best score first.
+        """
+        return self.take(np.argsort(-self.score, kind="stable")[:count])
+
     def with_others(self, others: Features) -> Features:
         """Return these features and others.
 

@@ -257,6 +257,46 @@ def epipolar_distance_sigma(left: Rays, right: Rays) -> Float:
     return np.asarray(e / np.sqrt(variance))
 
 
+def epipolar_distance_mrad(
+    left: Rays, right: Rays, rig: Rig, parameters: EpipolarParameters
+) -> tuple[Float, Bool]:
+    """Return the distances of right features from the epipolar lines of left ones, and which are in range.
+
+    Parameters
+    ----------
+    left
+        n rays of the left camera.
+    right
+        m rays of the right camera.
+    rig
+        The calibrated cameras.
+    parameters
+        Range of the markers and extension of the epipolar segments.
+
+    Returns
+    -------
+    distance : Float
+        Signed distances in the right image, shape (n, m), mrad.
+    inside : Bool
+        Whether each feature lies between the ends of the epipolar segment of the other, shape (n, m).
+
+    Raises
+    ------
+    ParameterError
+        If the range is not given and the optical axes do not meet in front of the cameras.
+
+    References
+    ----------
+    Thesis eq. 5.10, in pixels.
+    """
+    limits = range_limits_mm(rig, parameters)
+    inside = within_segment(left, right, limits[0], parameters.end_margin)
+    inside &= within_segment(right, left, limits[1], parameters.end_margin).T
+    normal = np.cross(right.pinhole.centre_mm - left.pinhole.centre_mm, left.vectors)
+    size = np.linalg.norm(normal @ right.pinhole.M[:2].T, axis=1)
+    return (normal @ right.vectors.T) / size[:, None] / right.pinhole.focal_length_mm * 1000, inside
+
+
 def _segments(rays: Rays, others: Rays, limits_mm: Float) -> tuple[Float, Float]:
     """Return vectors (n, 2) whose product with an image point is its place on the segment plus a start (n,).
 

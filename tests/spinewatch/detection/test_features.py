@@ -28,6 +28,13 @@ def test_a_selection_keeps_all_columns_together() -> None:
     assert len(features.take(np.array([], dtype=np.intp))) == 0
 
 
+def test_the_best_features_have_the_highest_scores_and_are_in_their_order() -> None:
+    features = some(4)
+    shuffled = features.take([2, 0, 3, 1])
+    assert np.array_equal(shuffled.best(3).xy_px, features.xy_px[:3])
+    assert len(shuffled.best(9)) == 4
+
+
 def test_enlarged_deviations_grow_by_axis_and_centres_stay() -> None:
     features = some(3)
     assert features.enlarged(1.0) is features

@@ -13,6 +13,7 @@ from spinewatch.matching.epipolar import (
     EpipolarParameters,
     candidate_pairs,
     close_far_points,
+    epipolar_distance_mrad,
     epipolar_distance_sigma,
     epipolar_segments,
     range_limits_mm,
@@ -79,6 +80,20 @@ def test_the_distance_is_in_its_own_standard_deviations() -> None:
     z = np.diag(epipolar_distance_sigma(left, right))
     assert abs(z.std() - 1) < 0.12
     assert np.allclose(epipolar_distance_sigma(right, left).T, epipolar_distance_sigma(left, right))
+
+
+def test_the_distance_in_mrad_is_that_from_the_epipolar_line_in_the_right_image() -> None:
+    rng = np.random.default_rng(6)
+    rig, X = table_3_3_rig(), volume(rng, 8)
+    left, right = (rays(c, c.project(X)) for c in (rig.left, rig.right))
+    distance, inside = epipolar_distance_mrad(left, right, rig, PARAMETERS)
+    assert np.diag(inside).all()
+    assert np.abs(np.diag(distance)).max() < 1e-6
+    ends = epipolar_segments(left, rig.right.pinhole, range_limits_mm(rig, PARAMETERS)[0])
+    along = (ends[:, 1] - ends[:, 0]) / np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1, keepdims=True)
+    gap = right.ideal_mm - ends[:, :1]
+    across = gap[..., 0] * along[:, None, 1] - gap[..., 1] * along[:, None, 0]
+    assert np.allclose(np.abs(distance), np.abs(across) / rig.right.focal_length_mm * 1000, atol=1e-6)
 
 
 def test_a_feature_off_the_line_or_beyond_the_range_is_no_candidate() -> None:

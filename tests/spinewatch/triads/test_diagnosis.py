@@ -6,10 +6,12 @@ import pytest
 from spinewatch.camera import Rig
 from spinewatch.detection.features import Features
 from spinewatch.markers import FLAT_10_14_18
+from spinewatch.matching.epipolar import EpipolarParameters
+from spinewatch.matching.points import MatchingParameters
 from spinewatch.simulation.observations import FeatureNoise, Observation, observe
 from spinewatch.simulation.rigs import large_rig
 from spinewatch.simulation.spines import random_spine
-from spinewatch.triads.diagnosis import Diagnosis, DiagnosisParameters, diagnose, meeting_sigma
+from spinewatch.triads.diagnosis import Diagnosis, diagnose
 from spinewatch.triads.search import SearchParameters
 
 RIG = large_rig()
@@ -94,10 +96,14 @@ def test_images_of_two_stages_have_no_cause() -> None:
         assert cause(one.left, two.right).cause == "hidden-or-unrelated"
 
 
-def test_more_features_meet_when_images_belong_together() -> None:
-    p, one, two = DiagnosisParameters(), observed(seed=1), observed(seed=2)
-    together, apart = (meeting_sigma((one.left, f), RIG, p) for f in (one.right, two.right))
-    assert together > p.related_sigma > apart
+def test_images_of_parallel_cameras_belong_together_within_the_range_of_the_search() -> None:
+    x, y, z = (RIG.left.centre + np.array([60.0, 0, 0]) @ RIG.left.M).tolist()
+    parallel = Rig("parallel", RIG.left, replace(RIG.left, position_mm=(x, y, z)))
+    seen = observed(parallel, dropped=range(0, 12, 3))
+    epipolar = EpipolarParameters(range_mm=(500, 900))
+    search = SearchParameters(matching=MatchingParameters(epipolar=epipolar))
+    found = diagnose(seen.left, seen.right, parallel, search, [FLAT_10_14_18], expected=4, axis="x")
+    assert found.cause == "hidden"
 
 
 def test_no_features() -> None:
