@@ -18,7 +18,7 @@ numbers that raised it. A flagged result is still given. The detail of a flag ab
 `right:`. [mistakes.md](mistakes.md) lists what can go wrong between the cart and the database, the answer to each, and
 what nothing in the input reveals.
 
-This page is generated from `spinewatch/flags.py` by `python -m checks.flags_page --write`.
+This page is generated from `spinewatch/flags/` by `python -m checks.flags_page --write`.
 """
 
 
@@ -46,7 +46,7 @@ def main(arguments: Sequence[str]) -> int:
     if PAGE.read_text(encoding="utf-8") == page():
         return 0
     sys.stderr.write(
-        "docs/flags.md differs from spinewatch/flags.py; run: python -m checks.flags_page --write\n"
+        "docs/flags.md differs from spinewatch/flags; run: python -m checks.flags_page --write\n"
     )
     return 1
 

@@ -14,6 +14,11 @@ DECLARATIONS = frozenset(
     {
         "spinewatch/arrays",
         "spinewatch/errors",
+        "spinewatch/flags/calibration",
+        "spinewatch/flags/image",
+        "spinewatch/flags/kind",
+        "spinewatch/flags/spine",
+        "spinewatch/flags/stage",
         "spinewatch/matching/selection_parameters",
         "spinewatch/parameters",
         "spinewatch/progress",

@@ -1,0 +1,97 @@
+"""Flags of a spine."""
+
+from __future__ import annotations
+
+from spinewatch.flags.kind import FlagKind
+
+KINDS = (
+    FlagKind(
+        "radiograph-landmark-left-out",
+        "spine",
+        "A common landmark names a triad that has no pose at the baseline stage, and is left out of the fit of the"
+        " radiographs.",
+        "Take the baseline stage again, or give the point in object space.",
+    ),
+    FlagKind(
+        "reference-moved",
+        "spine",
+        "The reference triad moved against all others, which did not move among each other: either its clamp slipped,"
+        " or the whole spine moved against the reference vertebra. A clamp that slipped shows as a motion of every"
+        " other vertebra.",
+        "Look at the clamp of the reference. If it slipped, name another reference in the setup of the spine.",
+        "1.3% of 600 sound pairs of simulated stages with T7, T9, T11 and L1, 0% of 596 with markers on end vertebrae"
+        " and apices; a slip of 8 degrees is seen in 91% (`python -m bench.spine --part plausibility`)",
+    ),
+    FlagKind(
+        "intervertebral-distance-implausible",
+        "spine",
+        "The distance between the triads of neighbouring vertebrae changed by more than a spine allows.",
+        "Look whether one of the two markers was clamped again or bent; if it was, re-baseline it"
+        " (`POST /v1/surgeries/{id}/spine/rebaselines`).",
+        "0.7% and 0.3% of the same pairs (`python -m bench.spine --part plausibility`)",
+    ),
+    FlagKind(
+        "intervertebral-rotation-implausible",
+        "spine",
+        "Neighbouring vertebrae turned against each other by more than the segments between them allow.",
+        "Look whether one of the two markers was clamped again or touched; if it was, re-baseline it.",
+        "0 of 1,196 of the same pairs (`python -m bench.spine --part plausibility`)",
+    ),
+    FlagKind(
+        "neighbours-disagree",
+        "spine",
+        "A vertebra moved far from where the motion of its two marked neighbours would carry it.",
+        "Look whether its marker was clamped again or touched; if it was, re-baseline it.",
+        "0 of 1,196 of the same pairs; a marker turned by 45 degrees raises a flag in 100%"
+        " (`python -m bench.spine --part plausibility`)",
+    ),
+    FlagKind(
+        "radiograph-scale",
+        "spine",
+        "The scale of the fit from the radiographs to object space differs from 1 by 2% or more, or by more than its"
+        " deviation explains; all distances between vertebrae share the error.",
+        "Give the pixel spacing at the patient instead of that at the detector, and look at the common points.",
+        "1 of 1,000 simulated pairs of radiographs (`python -m bench.radiographs --pairs 1000`)",
+    ),
+    FlagKind(
+        "radiograph-point-doubtful",
+        "spine",
+        "A point that radiographs and cameras have in common lies farther from where the others place it than its error"
+        " explains.",
+        "Digitize the point again, or leave it out.",
+        "0 of 1,000 simulated pairs of radiographs (`python -m bench.radiographs --pairs 1000`)",
+    ),
+    FlagKind(
+        "radiograph-points-disagree",
+        "spine",
+        "The common points fit worse than their errors explain, and no single one is the cause: the spine had another"
+        " posture in the radiographs, or the landmarks are less accurate than stated. Deviations are enlarged.",
+        "State a larger landmark_sd_px, or use points that do not depend on posture.",
+        "0 of 1,000 simulated pairs of radiographs (`python -m bench.radiographs --pairs 1000`)",
+    ),
+    FlagKind(
+        "radiograph-heights-differ",
+        "spine",
+        "The PA and the lateral radiograph show the same points at different heights: their scales differ, or the"
+        " patient moved between them.",
+        "Check both pixel spacings and that both views show the same moment.",
+        "0 of 1,000 simulated pairs of radiographs (`python -m bench.radiographs --pairs 1000`)",
+    ),
+    FlagKind(
+        "radiograph-axes-differ",
+        "spine",
+        "The fit turns the axes of the radiographs by more than 30 degrees against the patient axes that the setup"
+        " states; a spine bends less between two postures.",
+        "Check the directions to the head and to the left in the setup, and the names of the common points.",
+        "0 of 200 simulated pairs of radiographs, whose axes are those of the setup"
+        " (`tests/spinewatch/spine/test_radiographs.py`)",
+    ),
+    FlagKind(
+        "radiograph-rotation-unknown",
+        "spine",
+        "Vertebrae without pedicles in the PA radiograph have no measured axial rotation; it is set to 0 with a large"
+        " deviation.",
+        "Digitize both pedicles where they show.",
+    ),
+)
+"""Kinds of flags of a spine, in the order of docs/flags.md."""
