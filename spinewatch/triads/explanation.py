@@ -161,8 +161,8 @@ def explain(
     pool = considered.take(np.flatnonzero(~gone)).joined(_occluded(search, models))
     chosen, others = _judged(pool, search, parameters, models, expected, axis)
     rejected += others
-    for index, model in enumerate(models):
-        rejected += _outside_limits(search.points, index, model, parameters)
+    for model in models:
+        rejected += _outside_limits(search.points, model, parameters)
     rejected.sort(key=_by_likelihood)
     verdicts = (*chosen, *rejected)
     order = np.argsort(-search.points.log_odds, kind="stable")
@@ -335,9 +335,7 @@ def _shared(candidates: TriadCandidates, selected: TriadCandidates) -> tuple[Boo
     return (left & right).any(axis=(2, 3)), (left | right).any(axis=(2, 3))
 
 
-def _outside_limits(
-    points: Points, index: int, model: TriadModel, parameters: SearchParameters
-) -> list[TriadVerdict]:
+def _outside_limits(points: Points, model: TriadModel, parameters: SearchParameters) -> list[TriadVerdict]:
     """Return verdicts on the tuples near the distances of a marker that the identification discards."""
     found = discarded_tuples(points, model, parameters.identification)
     origin, _ = approximate_poses(model.coordinates_mm, points.position_mm[found.point])
