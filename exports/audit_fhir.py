@@ -1,8 +1,8 @@
 """FHIR R4 Bundle of AuditEvents after IHE Basic Audit Log Patterns (BALP): one for each event of the audit.
 
-What an HTTP client created or deleted follows the profiles BasicAudit.Create and BasicAudit.Delete; what workers and
-commands did has no client and follows none. The number and the hash of each event are details of its entity, so that
-the chain can be checked against the database.
+What an HTTP client created follows the profile BasicAudit.Create. A deletion follows none: BasicAudit.Delete allows no
+details of its entity, and the number and the hash of each event are details of its entity, so that the chain can be
+checked against the database. What workers and commands did has no client and follows none either.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ MEDIA_TYPE = "application/fhir+json"
 
 Resource = dict[str, Any]
 
-_PROFILE = "https://profiles.ihe.net/ITI/BALP/StructureDefinition/IHE.BasicAudit."
+_CREATE_PROFILE = "https://profiles.ihe.net/ITI/BALP/StructureDefinition/IHE.BasicAudit.Create"
 _ENTITY_TYPES = "https://profiles.ihe.net/ITI/BALP/CodeSystem/BasicAuditEntityType"
 _DCM = "http://dicom.nema.org/resources/ontology/DCM"
 _EVENT_TYPES = "http://terminology.hl7.org/CodeSystem/audit-event-type"
@@ -94,12 +94,8 @@ def _kind(event: AuditEvent, verb: str) -> Resource:
     name = {"C": "create", "D": "delete"}.get(_letter(verb))
     if name is None:
         return {**rest, "subtype": [_coding(_RESTFUL, "operation", "operation")], "action": "E"}
-    return {
-        "meta": {"profile": [f"{_PROFILE}{name.capitalize()}"]},
-        **rest,
-        "subtype": [_coding(_RESTFUL, name, name)],
-        "action": _letter(verb),
-    }
+    claim = {"meta": {"profile": [_CREATE_PROFILE]}} if name == "create" else {}
+    return {**claim, **rest, "subtype": [_coding(_RESTFUL, name, name)], "action": _letter(verb)}
 
 
 def _letter(verb: str) -> str:

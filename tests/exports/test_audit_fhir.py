@@ -77,6 +77,13 @@ def test_a_request_names_client_server_resource_and_request(bundle: dict[str, An
     }
 
 
+def test_a_deletion_claims_no_profile_because_its_entity_has_details(bundle: dict[str, Any]) -> None:
+    deleted = bundle["entry"][1]["resource"]
+    assert (deleted["action"], deleted["subtype"][0]["code"]) == ("D", "delete")
+    assert "meta" not in deleted
+    assert {detail["type"] for detail in deleted["entity"][0]["detail"]} == {"action", "sequence", "sha256"}
+
+
 def test_outcomes_and_actions_have_their_codes(bundle: dict[str, Any]) -> None:
     resources = [entry["resource"] for entry in bundle["entry"]]
     assert [r["outcome"] for r in resources] == ["0", "0", "4", "0", "8", "0", "0"]
