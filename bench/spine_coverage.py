@@ -228,7 +228,7 @@ def _count_motion(found: Coverage, change: VertebraChange, truth: VertebraChange
 def _count_attribution(
     found: Coverage, part: Attribution, truth: Attribution, after: SpineConfiguration, curves: Sequence[Curve]
 ) -> None:
-    if part.reason is not None or truth.reason is not None:
+    if np.isnan([part.rotation.value, truth.rotation.value]).any():
         found.not_measured["attribution", part.quantity] += 1
         return
     levels: tuple[str, ...] = (part.subject,)

@@ -6,7 +6,21 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from exports.codes import COBB, COMPONENTS, DERIVATIONS, ITEMS, SCHEME, SCHEME_URI, STATUSES, VERTEBRAE, Code
+from exports.codes import (
+    COBB,
+    COMPONENTS,
+    DERIVATIONS,
+    ITEMS,
+    SCHEME,
+    SCHEME_URI,
+    STATUSES,
+    VERTEBRAE,
+    Code,
+    definition_code,
+    derived_code,
+)
+
+_EXAMPLE = derived_code(definition_code("cobb-fixed"), "change").value
 
 PAGE = Path(__file__).parents[1] / "docs" / "codes.md"
 
@@ -20,7 +34,10 @@ and how far the 95% interval reaches above (371886008) and below (371885007) the
 Everything else has a code of Spinewatch's own scheme: `{SCHEME}` in DICOM, in FHIR
 `{SCHEME_URI}`. A measure's code is the identifier of its definition
 ([measures.md](measures.md)); the Cobb angle has it as its method, because SNOMED CT does not tell the fixed from the
-selected end vertebrae. In DICOM, a code of more than 16 characters is a Long Code Value. A flag's code in FHIR is that
+selected end vertebrae. Only an angle of a stage itself is coded as a Cobb angle in FHIR: a derived value (a change, a
+part of one, or what remains to the target) is another quantity, and its code is that of what it is derived from, a
+point, and the code of the derivation below, such as `{_EXAMPLE}`. DICOM has the derivation as a modifier of the name
+(121401). In DICOM, a code of more than 16 characters is a Long Code Value. A flag's code in FHIR is that
 of [flags.md](flags.md). A vertebra that is not below, such as L6 or S1, has its name as code.
 
 What was not measured is not written as a number: in DICOM it is an evaluation with the value `not_measured` and a

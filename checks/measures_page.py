@@ -91,7 +91,8 @@ u, l2 u2 - l1 u1 = (l2 - l1)(u1 + u2)/2 + (l1 + l2)/2 (u2 - u1) exactly:
 - `rotation`: change of directions at the mean length.
 
 Where the spine turns as a whole against the reference vertebra, that is rotation too. Numbers say what came
-together with rotation and distraction, not which force caused it.
+together with rotation and distraction, not which force caused it. The parts are measured between the vertebrae of
+their quantity, and are bracketed or assumed as its change is.
 """
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
 from contract.base import Identifier, Known, Known3, Matrix3, Schema, StageName, Vertebra, plain
 from contract.flag import Flag
@@ -24,18 +24,24 @@ if TYPE_CHECKING:
     from spinewatch.spine.configuration import SpineConfiguration
 
 _FIELDS = {
-    "coronal-tilt": ("coronal_tilt_deg", "coronal_tilt_sd_deg"),
-    "sagittal-tilt": ("sagittal_tilt_deg", "sagittal_tilt_sd_deg"),
-    "axial-rotation": ("axial_rotation_deg", "axial_rotation_sd_deg"),
-    "lateral-displacement": ("lateral_displacement_mm", "lateral_displacement_sd_mm"),
+    definition: tuple(f"{quantity}{statistic}_{unit}" for statistic in ("", "_sd", "_interval"))
+    for definition, quantity, unit in (
+        ("coronal-tilt", "coronal_tilt", "deg"),
+        ("sagittal-tilt", "sagittal_tilt", "deg"),
+        ("axial-rotation", "axial_rotation", "deg"),
+        ("lateral-displacement", "lateral_displacement", "mm"),
+    )
 }
-"""Fields of a vertebra by the definition that they are measured by."""
+"""Fields of a vertebra, for value, deviation and interval, by the definition that they are measured by."""
 
 Sd = Annotated[Known, Field(description="Standard deviation.")]
 Interval = Annotated[
     list[Known] | None, Field(description="Ends of the 95% interval; null when not measured.", max_length=2)
 ]
 
+
+_DOUBT = (MeasureStatus.NOT_MEASURED, MeasureStatus.MEASURED, MeasureStatus.BRACKETED)
+"""Which status several values have together: the last of theirs in this order."""
 
 Names = Annotated[list[Vertebra], BeforeValidator(plain)]
 
@@ -60,6 +66,18 @@ class VertebraState(PoseFields):
         Known, Field(description="Displacement from the reference line, mm, positive to the right.")
     ] = None
     lateral_displacement_sd_mm: Sd = None
+    coronal_tilt_interval_deg: Interval = None
+    sagittal_tilt_interval_deg: Interval = None
+    axial_rotation_interval_deg: Interval = None
+    lateral_displacement_interval_mm: Interval = None
+    status: Annotated[
+        MeasureStatus | None,
+        Field(
+            description="How far tilts, axial rotation and displacement are determined; null in results of earlier"
+            " versions."
+        ),
+    ] = None
+    bracketed_reason: Annotated[str | None, Field(description="Why they are bracketed.")] = None
 
     @classmethod
     def of(
@@ -71,8 +89,12 @@ class VertebraState(PoseFields):
         measured: dict[str, dict[str, Any]] = {level: {} for level in configuration.levels}
         for value in measures:
             if value.definition in _FIELDS:
-                names = _FIELDS[value.definition]
-                measured[value.levels[0]] |= dict(zip(names, (value.value, value.sd), strict=True))
+                numbers = (value.value, value.sd, _interval(value.lower, value.upper))
+                fields = measured[value.levels[0]]
+                fields |= dict(zip(_FIELDS[value.definition], numbers, strict=True))
+                fields["status"] = max(value.status, fields.get("status", value.status), key=_DOUBT.index)
+                if value.status is MeasureStatus.BRACKETED:
+                    fields["bracketed_reason"] = value.reason
         unknown = dict.fromkeys(name for names in _FIELDS.values() for name in names)
         poses, covariances = configuration.poses, configuration.covariances()
         states = []
@@ -199,7 +221,30 @@ class Attribution(Schema):
     rotation: Annotated[Share, Field(description="The part that came with rotation.")]
     distraction: Annotated[Share, Field(description="The part that came with distraction.")]
     remainder: Annotated[Known, Field(description="What the two parts leave of the total.")]
-    reason: Annotated[str | None, Field(description="Why there is no attribution.")]
+    reason: Annotated[
+        str | None,
+        Field(description="Why the change is bracketed, or why it or its parts are not measured."),
+    ]
+    levels: Annotated[
+        Names,
+        Field(
+            description="Vertebrae that the quantity is measured between, cranial first; empty in results of earlier"
+            " versions."
+        ),
+    ] = Field(default_factory=list)
+    status: Annotated[
+        MeasureStatus | None,
+        Field(
+            description="How far the change is determined, and the parts that have a value; null in results of"
+            " earlier versions."
+        ),
+    ] = None
+    assumed: Annotated[
+        bool | None,
+        Field(
+            description="Whether it depends on an assumed initial configuration; null in results of earlier versions."
+        ),
+    ] = None
 
     @classmethod
     def of(cls, attribution: spinewatch.spine.results.Attribution) -> Attribution:
@@ -213,6 +258,9 @@ class Attribution(Schema):
             distraction=Share.of(attribution.distraction),
             remainder=attribution.remainder,
             reason=attribution.reason,
+            levels=list(attribution.levels),
+            status=attribution.status,
+            assumed=bool(attribution.assumed),
         )
 
 
@@ -225,6 +273,13 @@ class SpineChange(Schema):
         list[MeasureValue], Field(description="Changes of measures: the later value less the earlier one.")
     ]
     attribution: Annotated[list[Attribution], Field(description="Attribution per curve and per vertebra.")]
+
+    @field_validator("attribution")
+    @classmethod
+    def _qualified(cls, attribution: list[Attribution], info: ValidationInfo) -> list[Attribution]:
+        """Add to the attributions of earlier versions what qualifies the changes that they divide."""
+        vertebrae, measures = info.data.get("vertebrae", []), info.data.get("measures", [])
+        return [_qualified(part, vertebrae, measures) for part in attribution]
 
     @classmethod
     def of(cls, change: spinewatch.spine.results.SpineChange, since: StageReference) -> SpineChange:
@@ -352,6 +407,26 @@ class StageSpine(Schema):
 def spine_frame(baseline: str, reference_vertebra: str) -> str:
     """Return the name of the coordinate system of a spine."""
     return f"patient axes at stage {baseline}, fixed to {reference_vertebra}; origin at its centroid at {baseline}"
+
+
+def _qualified(
+    part: Attribution, vertebrae: Iterable[VertebraChange], measures: Iterable[MeasureValue]
+) -> Attribution:
+    """Return an attribution with the vertebrae and the status of its change: a measure's, or a vertebra's."""
+    if part.status is not None:
+        return part
+    measures = list(measures)
+    own = [m for m in measures if (m.curve, m.definition) == (part.subject, part.quantity)]
+    if own:
+        levels, status = own[0].levels, own[0].status
+    else:
+        origins = [moved.origin for moved in vertebrae if moved.vertebra == part.subject]
+        levels = [part.subject] if origins else []
+        status = MeasureStatus.MEASURED if origins == [Origin.MEASURED] else MeasureStatus.BRACKETED
+    if part.total.value is None:
+        status = MeasureStatus.NOT_MEASURED
+    assumed = any(measure.assumed for measure in measures)
+    return part.model_copy(update={"levels": levels, "status": status, "assumed": assumed})
 
 
 def _interval(lower: float, upper: float) -> list[float | None] | None:

@@ -201,3 +201,29 @@ def definition_code(identifier: str) -> Code:
     known = DEFINITIONS.get(identifier)
     meaning = identifier if known is None else known.name
     return Code(identifier, meaning[:_MEANING_LENGTH])
+
+
+def derived_code(code: Code, derivation: str | None) -> Code:
+    """Return the private code of a value that is derived from others, which is another quantity than they are.
+
+    Parameters
+    ----------
+    code
+        Code of the quantity that it is derived from: of a definition or of `COMPONENTS`.
+    derivation
+        A code of `DERIVATIONS`; None for a value of the stage itself.
+
+    Returns
+    -------
+    Code
+        Both codes with a point between them; ``code`` itself without a derivation.
+
+    Examples
+    --------
+    >>> derived_code(definition_code("cobb-fixed"), "change").value
+    'cobb-fixed.change'
+    """
+    if derivation is None:
+        return code
+    ending = f": {derivation}"
+    return Code(f"{code.value}.{derivation}", code.meaning[: _MEANING_LENGTH - len(ending)] + ending)

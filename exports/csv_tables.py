@@ -97,6 +97,10 @@ def _axis_columns(name: str, unit: str, axes: Sequence[str] = _AXES) -> list[str
     return [f"{name}_{axis}_{unit}" for axis in axes]
 
 
+def _end_columns(name: str, unit: str) -> list[str]:
+    return [f"{name}_{end}95_{unit}" for end in ("lower", "upper")]
+
+
 def _value_columns(name: str) -> list[str]:
     return [f"{name}{statistic}_{unit}" for unit in _UNITS for statistic in _STATISTICS]
 
@@ -146,7 +150,10 @@ def _vertebra_rows(summary: SurgerySummary, stage: str | None) -> Iterator[Row]:
                 *_vector(state.rotation_sd_deg),
                 state.coronal_tilt_deg, state.coronal_tilt_sd_deg, state.sagittal_tilt_deg,
                 state.sagittal_tilt_sd_deg, state.axial_rotation_deg, state.axial_rotation_sd_deg,
-                state.lateral_displacement_mm, state.lateral_displacement_sd_mm, state.reason,
+                state.lateral_displacement_mm, state.lateral_displacement_sd_mm,
+                *_interval(state.coronal_tilt_interval_deg), *_interval(state.sagittal_tilt_interval_deg),
+                *_interval(state.axial_rotation_interval_deg), *_interval(state.lateral_displacement_interval_mm),
+                None if state.status is None else state.status.value, state.reason or state.bracketed_reason,
             ]  # fmt: skip
 
 
@@ -198,8 +205,9 @@ def _attribution_rows(summary: SurgerySummary, stage: str | None) -> Iterator[Ro
                 shares = [number for part in (item.total, item.rotation, item.distraction) for number in
                           _in_unit(item.unit, _share(part))]  # fmt: skip
                 yield [
-                    spine.stage, spine.take, change.since.name, item.subject, item.quantity, *shares,
-                    *_in_unit(item.unit, [item.remainder]), item.reason,
+                    spine.stage, spine.take, change.since.name, item.subject, item.quantity, " ".join(item.levels),
+                    *shares, *_in_unit(item.unit, [item.remainder]),
+                    None if item.status is None else item.status.value, item.assumed, item.reason,
                 ]  # fmt: skip
 
 
@@ -258,7 +266,8 @@ _WRITERS: Mapping[str, tuple[list[str], _Rows]] = {
          *_axis_columns("own_rotation_sd", "deg"),
          "coronal_tilt_deg", "coronal_tilt_sd_deg", "sagittal_tilt_deg", "sagittal_tilt_sd_deg",
          "axial_rotation_deg", "axial_rotation_sd_deg", "lateral_displacement_mm", "lateral_displacement_sd_mm",
-         "reason"],
+         *_end_columns("coronal_tilt", "deg"), *_end_columns("sagittal_tilt", "deg"),
+         *_end_columns("axial_rotation", "deg"), *_end_columns("lateral_displacement", "mm"), "status", "reason"],
         _vertebra_rows,
     ),
     "motion": (
@@ -275,9 +284,9 @@ _WRITERS: Mapping[str, tuple[list[str], _Rows]] = {
         _measure_rows,
     ),
     "attribution": (
-        ["stage", "take", "since_stage", "subject", "definition", *_value_columns("total"),
+        ["stage", "take", "since_stage", "subject", "definition", "levels", *_value_columns("total"),
          *_value_columns("rotation"), *_value_columns("distraction"),
-         *(f"remainder_{unit}" for unit in _UNITS), "reason"],
+         *(f"remainder_{unit}" for unit in _UNITS), "status", "assumed", "reason"],
         _attribution_rows,
     ),
     "remaining": (

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 
-from contract.spine import MeasureValue, SpineChange, StageSpine, VertebraChange, VertebraState
+from contract.spine import Attribution, MeasureValue, StageSpine, VertebraChange, VertebraState
 from spinewatch.spine import uncertainty
+from spinewatch.spine.definitions import DEFINITIONS
 from spinewatch.spine.results import MeasureStatus
 
 _MILLIMETRES = ("position", "translation", "distraction")
+
+_TILTS = ("coronal-tilt", "sagittal-tilt", "axial-rotation")
+_MEASURES = (*_TILTS, "lateral-displacement")
 
 Number = tuple[float | None, float | None]
 """A value with its standard deviation."""
@@ -66,6 +70,11 @@ class Entry:
     derivation: str | None = None
     since: str | None = None
 
+    @property
+    def identity(self) -> tuple[str | None, ...]:
+        """What no other number of the stage has: subject, code, derivation, stage of comparison and vertebrae."""
+        return (self.kind, self.subject, self.code, self.derivation, self.since, *self.levels)
+
 
 def entries(spine: StageSpine) -> Iterator[Entry]:
     """Yield every number of a stage, in the same order for every export that takes all of them.
@@ -80,15 +89,15 @@ def entries(spine: StageSpine) -> Iterator[Entry]:
     Entry
         Numbers of the spine, of its curves and of its vertebrae. A number that is not there is given with its reason,
         a vertebra without a pose or motion once as ``pose`` or ``motion``;
-        one that is both a measure and part of a vertebra's state is given once.
+        one that is both a measure and part of a vertebra's state is given once. Subject, definition, vertebrae,
+        derivation and stage of comparison together say which number it is: see `Entry.identity`.
     """
     measures = (_measure(measure) for measure in spine.measures)
     targets = (_measure(measure, "remaining") for measure in spine.target_measures or ())
     given = set()
     for entry in chain(measures, targets, _states(spine), _remaining(spine), _changes(spine)):
-        key = (entry.subject, entry.code, entry.derivation, entry.since)
-        if key not in given:
-            given.add(key)
+        if entry.identity not in given:
+            given.add(entry.identity)
             yield entry
 
 
@@ -139,11 +148,16 @@ def _measure(measure: MeasureValue, derivation: str | None = None, since: str | 
 
 def _component(level: str, code: str, number: Number, origin: str, reason: str | None, **more: str) -> Entry:
     value, sd = number
-    unit = "mm" if code.startswith(_MILLIMETRES) else "deg"
     return Entry(
-        level, "vertebra", code, unit, value, None if value is None else sd, normal_interval(value, sd),
+        level, "vertebra", code, _unit(code), value, None if value is None else sd, normal_interval(value, sd),
         origin if value is not None else "not_measured", origin == "assumed", reason, (level,), **more,
     )  # fmt: skip
+
+
+def _unit(code: str) -> str:
+    if code in DEFINITIONS:
+        return DEFINITIONS[code].unit
+    return "mm" if code.startswith(_MILLIMETRES) else "deg"
 
 
 def _axes(
@@ -155,19 +169,37 @@ def _axes(
 
 def _states(spine: StageSpine) -> Iterator[Entry]:
     for state in spine.vertebrae:
-        numbers = _of_state(state) if state.position_mm is not None else {"pose": _UNKNOWN}
-        for code, number in numbers.items():
-            yield _component(state.vertebra, code, number, state.origin.value, state.reason)
+        origin, reason = state.origin.value, state.reason
+        if state.position_mm is None:
+            yield _component(state.vertebra, "pose", _UNKNOWN, origin, reason)
+            continue
+        for code, number in _axes("position", state.position_mm, state.position_sd_mm).items():
+            yield _component(state.vertebra, code, number, origin, reason)
+        yield from _measures_of(state)
 
 
-def _of_state(state: VertebraState) -> dict[str, Number]:
-    return {
-        **_axes("position", state.position_mm, state.position_sd_mm),
-        "coronal-tilt": (state.coronal_tilt_deg, state.coronal_tilt_sd_deg),
-        "sagittal-tilt": (state.sagittal_tilt_deg, state.sagittal_tilt_sd_deg),
-        "axial-rotation": (state.axial_rotation_deg, state.axial_rotation_sd_deg),
-        "lateral-displacement": (state.lateral_displacement_mm, state.lateral_displacement_sd_mm),
+def _measures_of(state: VertebraState) -> Iterator[Entry]:
+    """Yield the measures of a vertebra; results of earlier versions have neither their intervals nor their status."""
+    tilt, sagittal, axial, lateral = _MEASURES
+    values = {
+        tilt: (state.coronal_tilt_deg, state.coronal_tilt_sd_deg),
+        sagittal: (state.sagittal_tilt_deg, state.sagittal_tilt_sd_deg),
+        axial: (state.axial_rotation_deg, state.axial_rotation_sd_deg),
+        lateral: (state.lateral_displacement_mm, state.lateral_displacement_sd_mm),
     }
+    intervals = {
+        tilt: state.coronal_tilt_interval_deg,
+        sagittal: state.sagittal_tilt_interval_deg,
+        axial: state.axial_rotation_interval_deg,
+        lateral: state.lateral_displacement_interval_mm,
+    }
+    for code, number in values.items():
+        entry = _component(state.vertebra, code, number, state.origin.value, state.reason)
+        if entry.value is not None:
+            entry = replace(entry, interval=_ends(intervals[code]) or entry.interval)
+            if state.status is MeasureStatus.BRACKETED:
+                entry = replace(entry, status=state.status.value, reason=state.bracketed_reason)
+        yield entry
 
 
 def _remaining(spine: StageSpine) -> Iterator[Entry]:
@@ -182,19 +214,18 @@ def _remaining(spine: StageSpine) -> Iterator[Entry]:
             yield _component(left.vertebra, code, number, origin, None, derivation="remaining")
 
 
-_TILTS = ("coronal-tilt", "sagittal-tilt", "axial-rotation")
-
-
 def _changes(spine: StageSpine) -> Iterator[Entry]:
     changes = [change for change in (spine.since_baseline, spine.since_previous) if change is not None]
     if len(changes) == 2 and changes[0].since == changes[1].since:
         changes.pop()
-    curves = {curve.name: (curve.upper, curve.lower) for curve in spine.curves}
+    curves = {curve.name for curve in spine.curves}
     for change in changes:
         since = change.since.name
         for measure in change.measures:
             yield _measure(measure, "change", since)
-        yield from _shares(change, curves)
+        for part in change.attribution:
+            kind = "curve" if part.subject in curves else "vertebra"
+            yield from _shares(part, kind, since)
         for moved in change.vertebrae:
             numbers = _of_change(moved) if moved.rotation is not None else {"motion": _UNKNOWN}
             for code, number in numbers.items():
@@ -221,16 +252,13 @@ def _of_change(moved: VertebraChange) -> dict[str, Number]:
     }
 
 
-def _shares(change: SpineChange, curves: dict[str, tuple[str, str]]) -> Iterator[Entry]:
-    origins = {moved.vertebra: moved.origin.value for moved in change.vertebrae}
-    for part in change.attribution:
-        kind = "curve" if part.subject in curves else "vertebra"
-        levels = curves.get(part.subject, (part.subject,))
-        origin = origins.get(part.subject, "measured")
-        for derivation, share in (("by-rotation", part.rotation), ("by-distraction", part.distraction)):
-            yield Entry(
-                part.subject, kind, part.quantity, part.unit, share.value,
-                None if share.value is None else share.sd, None if share.value is None else _ends(share.interval),
-                origin if share.value is not None else "not_measured", origin == "assumed", part.reason, levels,
-                derivation, change.since.name,
-            )  # fmt: skip
+def _shares(part: Attribution, kind: str, since: str) -> Iterator[Entry]:
+    """Yield the parts of a change; nothing says that one without a status was measured."""
+    status = (part.status or MeasureStatus.BRACKETED).value
+    for derivation, share in (("by-rotation", part.rotation), ("by-distraction", part.distraction)):
+        known = share.value is not None
+        yield Entry(
+            part.subject, kind, part.quantity, part.unit, share.value, share.sd if known else None,
+            _ends(share.interval) if known else None, status if known else "not_measured", bool(part.assumed),
+            part.reason, tuple(part.levels), derivation, since,
+        )  # fmt: skip

@@ -27,6 +27,7 @@ from exports.codes import (
     UCUM,
     Code,
     definition_code,
+    derived_code,
     site,
 )
 from exports.entries import Entry, entries
@@ -118,11 +119,10 @@ def _of_stage(summary: SurgerySummary, stage: SummaryStage, device: str) -> Iter
 
 
 def _observation(summary: SurgerySummary, stage: SummaryStage, entry: Entry, device: str) -> Resource:
-    key = (entry.kind, entry.subject, entry.code, entry.derivation, entry.since)
     sure = entry.status in _STATED and not entry.assumed
     observation: Resource = {
         "resourceType": "Observation",
-        "id": _uuid(summary.surgery_id, stage.name, str(stage.take), *key),
+        "id": _uuid(summary.surgery_id, stage.name, str(stage.take), *entry.identity),
         "status": "final" if sure else "preliminary",
         "code": _code(entry),
         "subject": _subject(summary),
@@ -155,14 +155,15 @@ def _definition(code: str) -> Code:
 
 
 def _code(entry: Entry) -> Resource:
+    """Return what was observed: FHIR has no modifier of a code, so a change or a part of one has a code of its own."""
     if entry.code == "spine":
         return _concept(ITEMS["stereo-spine"])
     text = _definition(entry.code).meaning
     if entry.derivation is not None:
         text = f"{text} ({DERIVATIONS[entry.derivation].meaning})"
-    if entry.code in _COBB_DEFINITIONS:
+    if entry.code in _COBB_DEFINITIONS and entry.derivation is None:
         return _concept(Code(COBB, "Cobb angle"), SNOMED, text)
-    return _concept(_definition(entry.code), text=text)
+    return _concept(derived_code(_definition(entry.code), entry.derivation), text=text)
 
 
 def _body_site(levels: tuple[str, ...]) -> Resource:

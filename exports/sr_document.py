@@ -280,12 +280,15 @@ def _modifiers(entry: Entry) -> Iterator[sr.CodeContentItem]:
         )
 
 
+def _sites(entry: Entry) -> list[sr.FindingSite]:
+    """Return the vertebrae of a number, where they are not those of its group already."""
+    return [] if entry.kind == "vertebra" else [_site(level) for level in entry.levels]
+
+
 def _measurement(entry: Entry, value: float) -> sr.Measurement:
     unit = _unit(entry.unit)
     measurement = sr.Measurement(_name(entry), value, unit)
-    content: list[sr.ContentItem] = [*_modifiers(entry)]
-    if entry.kind != "vertebra":
-        content += [_site(level) for level in entry.levels]
+    content: list[sr.ContentItem] = [*_modifiers(entry), *_sites(entry)]
     for name, width in _uncertainty(entry, value).items():
         content.append(sr.NumContentItem(name, width, unit, relationship_type="HAS PROPERTIES"))
     content += _properties(entry)
@@ -308,6 +311,6 @@ def _uncertainty(entry: Entry, value: float) -> dict[ConceptCode, float]:
 
 def _absent(entry: Entry) -> sr.CodeContentItem:
     item = sr.CodeContentItem(_name(entry), _concept(STATUSES["not_measured"]), "CONTAINS")
-    properties = [*_modifiers(entry), *_properties(entry)]
+    properties = [*_modifiers(entry), *_sites(entry), *_properties(entry)]
     item.ContentSequence = sr.ContentSequence(properties)
     return item

@@ -8,6 +8,7 @@ from contract.spine import Attribution, Share, SpineChange
 from reports.measure_tables import Cell
 from reports.measure_text import amount, interval
 from reports.vertebra_tables import notes_by_reason
+from spinewatch.spine.results import MeasureStatus
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,7 @@ class AttributionTable:
     rows
         Subject, identifier of the definition, total, parts by rotation and by distraction, remainder.
     notes
-        Why there is no attribution of a subject.
+        Why the change of a subject is bracketed, or not measured.
     """
 
     title: str
@@ -61,9 +62,11 @@ def attribution_table(stage: str, change: SpineChange) -> AttributionTable:
 
 def _share(share: Share, part: Attribution) -> Cell:
     ends = interval(share.interval, part.unit, signed=True)
-    return Cell(
-        amount(share.value, part.unit, signed=True),
-        ends,
-        "" if share.value is not None else "not measured",
-        "",
-    )
+    return Cell(amount(share.value, part.unit, signed=True), ends, _mark(share, part), "")
+
+
+def _mark(share: Share, part: Attribution) -> str:
+    if share.value is None:
+        return "not measured"
+    marks = ["bracketed"] if part.status is MeasureStatus.BRACKETED else []
+    return ", ".join([*marks, "assumed"] if part.assumed else marks)

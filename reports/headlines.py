@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from contract.spine import MeasureValue, StageSpine
-from reports.measure_tables import Cell, cell, levels_text, name_of
+from reports.measure_tables import Cell, cell, levels_text, name_of, row_of
 from reports.measure_text import amount
 
 
@@ -53,27 +53,27 @@ def headlines(
     tuple of Headline
         Those that the baseline or the last stage has.
     """
+    start, end = (_rows(spine.measures, curve) for spine in (first, last))
+    changes = {} if last.since_baseline is None else _rows(last.since_baseline.measures, curve)
+    wanted = [
+        key for definition in definitions for key in dict.fromkeys((*start, *end)) if key[0] == definition
+    ]
     found = []
-    for definition in definitions:
-        before, after = _find(first.measures, curve, definition), _find(last.measures, curve, definition)
-        known = before or after
-        if known is None:
-            continue
-        change = (
-            None if last.since_baseline is None else _find(last.since_baseline.measures, curve, definition)
-        )
-        name = f"{name_of(definition)} ({levels_text(known.levels)})"
+    for key in wanted:
+        before, after = start.get(key), end.get(key)
+        known = before or end[key]
+        name = f"{name_of(known.definition)} ({levels_text(known.levels)})"
         levels = known.levels
         if last is first:
-            found.append(Headline(name, definition, cell(before, levels), None, None))
+            found.append(Headline(name, known.definition, cell(before, levels), None, None))
         else:
-            moved = cell(change, levels, signed=True) if change else _NO_CHANGE
-            found.append(Headline(name, definition, cell(before, levels), cell(after, levels), moved))
+            moved = cell(changes[key], levels, signed=True) if key in changes else _NO_CHANGE
+            found.append(Headline(name, known.definition, cell(before, levels), cell(after, levels), moved))
     return tuple(found)
 
 
-def _find(measures: Sequence[MeasureValue], curve: str | None, definition: str) -> MeasureValue | None:
-    return next((m for m in measures if m.curve == curve and m.definition == definition), None)
+def _rows(measures: Sequence[MeasureValue], curve: str | None) -> dict[tuple[str, ...], MeasureValue]:
+    return {row_of(measure): measure for measure in measures if measure.curve == curve}
 
 
 _NO_CHANGE = Cell(amount(None, ""), "", "not measured", "no change was reported")

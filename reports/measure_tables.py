@@ -120,6 +120,23 @@ def name_of(definition: str) -> str:
     return definition if known is None else known.name
 
 
+def row_of(measure: MeasureValue) -> tuple[str, ...]:
+    """Return what the values of one row have in common.
+
+    Parameters
+    ----------
+    measure
+        A measure of a stage, or its change.
+
+    Returns
+    -------
+    tuple of str
+        The definition; for the whole spine also the vertebrae. A curve has one value of a definition, whose vertebrae
+        may differ from stage to stage.
+    """
+    return (measure.definition, *(measure.levels if measure.curve is None else ()))
+
+
 def cell(measure: MeasureValue | None, levels: Sequence[str] = (), *, signed: bool = False) -> Cell:
     """Return a measure as a cell.
 
@@ -194,10 +211,10 @@ def _of_vertebra(measure: MeasureValue) -> bool:
 def _table(
     curve: str | None, columns: Sequence[tuple[str, Sequence[MeasureValue]]], *, signed: bool
 ) -> Table:
-    by_column = [{m.definition: m for m in measures if m.curve == curve} for _, measures in columns]
+    by_column = [{row_of(m): m for m in measures if m.curve == curve} for _, measures in columns]
     rows = []
-    for definition in dict.fromkeys(definition for found in by_column for definition in found):
-        first = next(found[definition] for found in by_column if definition in found)
-        cells = tuple(cell(found.get(definition), first.levels, signed=signed) for found in by_column)
-        rows.append(Row(name_of(definition), definition, levels_text(first.levels), cells))
+    for key in dict.fromkeys(key for found in by_column for key in found):
+        first = next(found[key] for found in by_column if key in found)
+        cells = tuple(cell(found.get(key), first.levels, signed=signed) for found in by_column)
+        rows.append(Row(name_of(first.definition), first.definition, levels_text(first.levels), cells))
     return Table(curve or "", tuple(name for name, _ in columns), tuple(rows))

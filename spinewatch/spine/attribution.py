@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,10 +12,10 @@ from spinewatch.spine.changes import LevelsDifferError
 from spinewatch.spine.configuration import SpineConfiguration, SpinePoses
 from spinewatch.spine.curve_attribution import cobb_shares
 from spinewatch.spine.curves import find_curves
-from spinewatch.spine.evaluation import MeasureRequest, bracketed_levels, evaluate, missing_reason
+from spinewatch.spine.evaluation import MeasureRequest, bracketed_levels, evaluate, missing_reason, no_marker
 from spinewatch.spine.measure_parameters import MeasureParameters
 from spinewatch.spine.measures import plane_reason
-from spinewatch.spine.results import Attribution, Curve, Share
+from spinewatch.spine.results import Attribution, Curve, MeasureStatus, Share
 from spinewatch.spine.segment_attribution import displacement_shares, distraction_excess
 from spinewatch.spine.uncertainty import common_factors, errors_of, gradient, normal_interval
 
@@ -68,7 +69,8 @@ def attribute(
     by_name = {attribution.subject: attribution for attribution in of_vertebrae}
     attributions = []
     for curve in curves:
-        attributions += [_curve(curve, before, after, parameters), _apex(curve, by_name, reference)]
+        apex = _apex(curve, by_name, reference, assumed=_assumed((before, after)))
+        attributions += [_curve(curve, before, after, parameters), apex]
     return (*attributions, *of_vertebrae)
 
 
@@ -78,10 +80,11 @@ def _curve(
     """Return the attribution of the change of a curve's Cobb angle."""
     stages = (before, after)
     ends = (curve.upper, curve.lower)
+    assumed = _assumed(stages)
     for name, stage in zip(("earlier", "later"), stages, strict=True):
         reason = missing_reason(stage, ends, positions=False)
         if reason is not None:
-            return _without(curve.name, "cobb-fixed", f"at the {name} stage {reason}")
+            return _without(curve.name, "cobb-fixed", f"at the {name} stage {reason}", ends, assumed=assumed)
     factors = common_factors(stages)
     levels = [[stage.index(level) for level in ends] for stage in stages]
     factor = np.concatenate([f[i] for f, i in zip(factors, levels, strict=True)])
@@ -98,30 +101,25 @@ def _curve(
             for b, a in _alternatives(before, after)
         ]
     total, rotation, distraction, _ = _shares(np.array(values), np.linalg.norm(errors, axis=1))
+    status, open_ends = _determined(ends, [bracketed_levels(stage) for stage in stages])
+    of_total = (ends, status, assumed)
     plane = MeasureRequest("plane-of-maximum-curvature", curve.name, ends)
     for name, stage, f in zip(("earlier", "later"), stages, factors, strict=True):
         reason = plane_reason(plane, evaluate(plane, stage, f, frozenset()), parameters)
         if reason is not None:
-            return Attribution(
-                curve.name, "cobb-fixed", total, _UNKNOWN, _UNKNOWN, _NAN, f"at the {name} stage {reason}"
-            )
-    return Attribution(curve.name, "cobb-fixed", total, rotation, distraction, float(values[0][3]), None)
+            reason = f"at the {name} stage {reason}"
+            return Attribution(curve.name, "cobb-fixed", total, _UNKNOWN, _UNKNOWN, _NAN, reason, *of_total)
+    tilt = float(values[0][3])
+    return Attribution(curve.name, "cobb-fixed", total, rotation, distraction, tilt, open_ends, *of_total)
 
 
-def _apex(curve: Curve, by_name: dict[str, Attribution], reference: str) -> Attribution:
+def _apex(curve: Curve, by_name: dict[str, Attribution], reference: str, *, assumed: bool) -> Attribution:
     """Return the attribution of the change of a curve's apical translation: that of the apex."""
+    quantity = "apical-translation"
     if curve.apex == reference:
-        return _without(curve.name, "apical-translation", f"the apex {reference} is the reference vertebra")
-    apex = by_name[curve.apex]
-    return Attribution(
-        curve.name,
-        "apical-translation",
-        apex.total,
-        apex.rotation,
-        apex.distraction,
-        apex.remainder,
-        apex.reason,
-    )
+        reason = f"the apex {reference} is the reference vertebra"
+        return _without(curve.name, quantity, reason, (reference,), assumed=assumed)
+    return replace(by_name[curve.apex], subject=curve.name, quantity=quantity)
 
 
 def _vertebrae(
@@ -130,6 +128,7 @@ def _vertebrae(
     """Return the attribution of the change of each vertebra's lateral displacement."""
     names = [level for level in before.levels if level != reference]
     quantity = "lateral-displacement"
+    assumed = _assumed((before, after))
     reasons: dict[str, str] = {}
     for name in before.levels:
         for when, stage in (("earlier", before), ("later", after)):
@@ -144,11 +143,11 @@ def _vertebrae(
         reasons = dict.fromkeys(names, f"of the reference vertebra: {reasons[reference]}")
     known = np.array([name not in reasons for name in before.levels])
     if reference not in before.levels or not known.any():
-        return tuple(_without(name, quantity, reasons[name]) for name in names)
+        return tuple(_without(name, quantity, reasons[name], (name,), assumed=assumed) for name in names)
     marked = np.array(before.marked) & np.array(after.marked)
     parents = _parents(known, known & marked, before.index(reference))
     factors = common_factors((before, after))
-    spread = bracketed_levels(before) | bracketed_levels(after)
+    bracketed = [bracketed_levels(stage) for stage in (before, after)]
     found = displacement_shares(before.poses.position_mm, after.poses.position_mm, parents)
     others = [
         displacement_shares(b.position_mm, a.position_mm, parents).shares_mm
@@ -165,13 +164,15 @@ def _vertebrae(
     attributions = []
     for name in names:
         if name in reasons:
-            attributions.append(_without(name, quantity, reasons[name]))
+            attributions.append(_without(name, quantity, reasons[name], (name,), assumed=assumed))
             continue
         i = before.index(name)
-        values = [found.shares_mm[i], *(other[i] for other in others if name in spread)]
+        status, reason = _determined((name,), bracketed)
+        values = [found.shares_mm[i], *(other[i] for other in others if reason is not None)]
         total, rotation, distraction = _shares(np.array(values), sds[i])
         remainder = float(found.shares_mm[i, 0] - found.shares_mm[i, 1] - found.shares_mm[i, 2])
-        attributions.append(Attribution(name, quantity, total, rotation, distraction, remainder, None))
+        parts = (total, rotation, distraction, remainder)
+        attributions.append(Attribution(name, quantity, *parts, reason, (name,), status, assumed))
     return tuple(attributions)
 
 
@@ -206,6 +207,23 @@ def _shares(values: Float, sds: Float) -> tuple[Share, ...]:
     return tuple(shares)
 
 
-def _without(subject: str, quantity: str, reason: str) -> Attribution:
+def _assumed(stages: Sequence[SpineConfiguration]) -> bool:
+    """Return whether a change between stages depends on an assumed initial configuration."""
+    return any(stage.assumed for stage in stages)
+
+
+def _determined(
+    levels: Sequence[str], bracketed: Sequence[frozenset[str]]
+) -> tuple[MeasureStatus, str | None]:
+    """Return how far a change of vertebrae is determined, and why no further, from those bracketed at each stage."""
+    open_levels = [[level for level in levels if level in names] for names in bracketed]
+    reasons = dict.fromkeys(no_marker(found) for found in open_levels if found)
+    return MeasureStatus.BRACKETED if reasons else MeasureStatus.MEASURED, "; ".join(reasons) or None
+
+
+def _without(
+    subject: str, quantity: str, reason: str, levels: tuple[str, ...], *, assumed: bool
+) -> Attribution:
     """Return an attribution without numbers."""
-    return Attribution(subject, quantity, _UNKNOWN, _UNKNOWN, _UNKNOWN, _NAN, reason)
+    unknown = (_UNKNOWN, _UNKNOWN, _UNKNOWN, _NAN)
+    return Attribution(subject, quantity, *unknown, reason, levels, MeasureStatus.NOT_MEASURED, assumed)

@@ -166,7 +166,13 @@ class Attribution:
     remainder
         What the two parts leave of the total.
     reason
-        Why there is no attribution; None if there is one.
+        Why the change is bracketed, or why it or its parts are not measured; None for measured ones.
+    levels
+        Vertebrae that the quantity is measured between, from cranial to caudal.
+    status
+        How far the change is determined, and the parts that have a value.
+    assumed
+        Whether it depends on an assumed initial configuration.
     """
 
     subject: str
@@ -176,6 +182,9 @@ class Attribution:
     distraction: Share
     remainder: float
     reason: str | None
+    levels: tuple[str, ...]
+    status: MeasureStatus
+    assumed: bool
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,7 @@ from contract.summary import SummaryStage, SurgerySummary
 from spinewatch.geometry.rotations import rotation_from_vector
 from spinewatch.spine.configuration import InitialKind, Origin
 from spinewatch.spine.results import MeasureStatus
+from spinewatch.spine.uncertainty import normal_interval
 from spinewatch.triads.pose import Pose
 
 SURGERY = "4b1f6a52-3f0e-4c56-9d0b-0c7a5f1d2e33"
@@ -70,6 +71,13 @@ def vertebra(level: str, stage: int) -> VertebraState:
         name.replace("_deg", "_sd_deg"): None if value is None else 0.8 for name, value in angles.items()
     }
     reason = None if measured else "it lies outside the marked vertebrae T7 to L1"
+    bracketed = where is Origin.INTERPOLATED
+    left = 0.0 if found is None else -float(found.position_mm[1])
+    intervals: dict[str, Any] = {
+        name.replace("_deg", "_interval_deg"): None if value is None else around(value, 0.8, bracketed)
+        for name, value in angles.items()
+    }
+    status = MeasureStatus.BRACKETED if bracketed else MeasureStatus.MEASURED
     return VertebraState(
         **pose_fields(found, reason),
         vertebra=level,
@@ -77,9 +85,19 @@ def vertebra(level: str, stage: int) -> VertebraState:
         marked=level in MARKED,
         **angles,
         **deviations,
-        lateral_displacement_mm=None if found is None else -float(found.position_mm[1]),
+        **intervals,
+        lateral_displacement_mm=None if found is None else left,
         lateral_displacement_sd_mm=None if found is None else 0.3,
+        lateral_displacement_interval_mm=None if found is None else around(left, 0.3, bracketed),
+        status=status if measured else MeasureStatus.NOT_MEASURED,
+        bracketed_reason=f"{level} has no marker at this stage" if bracketed else None,
     )
+
+
+def around(value: float, sd: float, bracketed: bool) -> list[float | None]:
+    """The 95% interval of a value; another interpolation of a bracketed one is 3 less."""
+    low, high = normal_interval(value, sd)
+    return [low - 3.0 if bracketed else low, high]
 
 
 def measure(definition: str, value: float | None, unit: str = "deg", **changes: Any) -> MeasureValue:
@@ -111,6 +129,9 @@ def measures(stage: int) -> list[MeasureValue]:
         measure("apical-translation", 21.7 * bend, unit="mm", levels=["T9"]),
         measure("kyphosis", None, levels=["T5", "T12"], **not_measured),
         measure("lordosis", None, levels=["L1", "L5"], **not_measured),
+        measure("kyphosis", 31.5 + stage, levels=["T7", "T12"], curve=None),
+        measure("kyphosis", 4.5 + stage, levels=["T10", "L1"], curve=None, status=MeasureStatus.BRACKETED,
+                reason="T10 has no marker"),
     ]  # fmt: skip
 
 
@@ -135,19 +156,30 @@ def change(start: int, stage: int) -> SpineChange:
             angle_deg=6.6, angle_sd_deg=1.0, derotation_deg=2.5, derotation_sd_deg=0.6, coronal_deg=6.0,
             coronal_sd_deg=1.1, sagittal_deg=-1.0, sagittal_sd_deg=1.1, distraction_mm=1.5, distraction_sd_mm=0.5,
         ))  # fmt: skip
-    shares = {
+    shares: dict[str, Any] = {
         name: Share(value=value, sd=1.0, interval=[value - 1.96, value + 1.96])
         for name, value in {"total": -23.3, "rotation": -18.0, "distraction": -5.1}.items()
     }
-    attribution = Attribution(
-        subject="curve 1", quantity="cobb-fixed", unit="deg", **shares, remainder=-0.2, reason=None
-    )
+    qualified: dict[str, Any] = {
+        "subject": "curve 1", "remainder": -0.2, "reason": None, "levels": ["T7", "L1"],
+        "status": MeasureStatus.MEASURED, "assumed": False,
+    }  # fmt: skip
+    attribution = Attribution(**shares, **qualified, quantity="cobb-fixed", unit="deg")
+    apex = {**qualified, "levels": ["T8"], "status": MeasureStatus.BRACKETED, "reason": "T8 has no marker"}
     return SpineChange(
         since=reference(start),
         vertebrae=vertebrae,
-        measures=[measure("cobb-fixed", -23.3)],
-        attribution=[attribution],
-    )
+        measures=[
+            measure("cobb-fixed", -23.3),
+            measure("kyphosis", 1.25, levels=["T7", "T12"], curve=None),
+            measure("kyphosis", -0.75, levels=["T10", "L1"], curve=None, status=MeasureStatus.BRACKETED,
+                    reason="T10 has no marker"),
+        ],
+        attribution=[
+            attribution,
+            Attribution(**{**shares, **apex}, quantity="apical-translation", unit="mm"),
+        ],
+    )  # fmt: skip
 
 
 _ANGLES = (

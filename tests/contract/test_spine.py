@@ -74,6 +74,57 @@ def test_vertebrae_have_the_poses_of_the_configuration_and_their_own_tilts() -> 
     assert {state.origin for state in states} == {Origin.MEASURED, Origin.INTERPOLATED, Origin.NOT_MEASURED}
 
 
+def test_vertebrae_have_the_intervals_of_the_library_and_say_where_they_are_bracketed() -> None:
+    measures = {(m.levels[0], m.definition): m for m in vertebra_measures(POST)}
+    for state in VertebraState.of(POST, measures.values()):
+        lateral = measures[state.vertebra, "lateral-displacement"]
+        assert state.status is lateral.status
+        if state.status is MeasureStatus.NOT_MEASURED:
+            assert (state.lateral_displacement_interval_mm, state.bracketed_reason) == (None, None)
+            continue
+        assert state.lateral_displacement_interval_mm == [lateral.lower, lateral.upper]
+        assert state.bracketed_reason == lateral.reason
+        assert (state.status is MeasureStatus.BRACKETED) == (state.origin is Origin.INTERPOLATED)
+
+
+def test_documents_of_earlier_versions_are_read_with_what_qualifies_their_attributions() -> None:
+    document = stage_spine(1).model_dump(mode="json")
+    for state in document["vertebrae"]:
+        for name in [
+            name for name in state if "_interval_" in name or name in ("status", "bracketed_reason")
+        ]:
+            del state[name]
+    change = document["since_baseline"]
+    part = change["attribution"][0]
+    for name in ("levels", "status", "assumed"):
+        del part[name]
+    change["measures"][0] |= {"assumed": True, "status": "bracketed"}
+    shares = {name: dict(part[name]) for name in ("total", "rotation", "distraction")}
+    change["attribution"] = [
+        part,
+        {**part, "subject": "T8", "quantity": "lateral-displacement"},
+        {**part, "subject": "T9", "quantity": "lateral-displacement"},
+        {
+            **part,
+            **shares,
+            "subject": "T5",
+            "total": dict.fromkeys(shares["total"]),
+            "reason": "it is hidden",
+        },
+        {**part, "subject": "curve 7"},
+    ]
+    read = StageSpine.model_validate_json(json.dumps(document))
+    assert read.vertebrae[4].coronal_tilt_interval_deg is None
+    assert read.since_baseline is not None
+    assert [(a.levels, a.status, a.assumed) for a in read.since_baseline.attribution] == [
+        (["T7", "L1"], MeasureStatus.BRACKETED, True),
+        (["T8"], MeasureStatus.BRACKETED, True),
+        (["T9"], MeasureStatus.MEASURED, True),
+        (["T5"], MeasureStatus.NOT_MEASURED, True),
+        ([], MeasureStatus.BRACKETED, True),
+    ]
+
+
 def test_a_measure_has_the_unit_of_its_definition() -> None:
     made = MeasureValue.of(value())
     assert made.unit == DEFINITIONS["apical-translation"].unit == "mm"
@@ -123,9 +174,11 @@ def test_a_vertebra_without_motion_is_null_with_a_reason() -> None:
 
 def test_an_attribution_has_the_unit_of_its_quantity() -> None:
     part = results.Share(1.0, 0.5, 0.0, 2.0)
-    given = results.Attribution("curve 1", "cobb-fixed", part, part, part, -1.0, None)
+    qualified = (None, ("T5", "T12"), MeasureStatus.MEASURED, True)
+    given = results.Attribution("curve 1", "cobb-fixed", part, part, part, -1.0, *qualified)
     made = Attribution.of(given)
     assert (made.unit, made.remainder) == ("deg", -1.0)
+    assert (made.levels, made.status, made.assumed) == (["T5", "T12"], MeasureStatus.MEASURED, True)
     assert made.rotation == Share(value=1.0, sd=0.5, interval=[0.0, 2.0])
 
 

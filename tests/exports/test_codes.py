@@ -14,6 +14,7 @@ from exports.codes import (
     STATUSES,
     VERTEBRAE,
     definition_code,
+    derived_code,
     site,
 )
 from spinewatch.levels import anatomical_sequence
@@ -56,3 +57,15 @@ def test_definitions_are_coded_by_their_identifier() -> None:
         assert code.value == identifier
         assert code.meaning == definition.name[:64]
     assert definition_code("from-a-later-version").meaning == "from-a-later-version"
+
+
+def test_a_derived_value_has_a_code_of_its_own_that_fits() -> None:
+    codes_of = [*COMPONENTS.values(), *(definition_code(identifier) for identifier in DEFINITIONS)]
+    made = [derived_code(code, derivation) for code in codes_of for derivation in DERIVATIONS]
+    known = {
+        code.value for table in (*PRIVATE, {code.value: code for code in codes_of}) for code in table.values()
+    }
+    assert not {code.value for code in made} & known
+    assert all(len(code.meaning) <= 64 for code in made)
+    assert derived_code(definition_code("kyphosis"), "change").meaning == "Kyphosis: change"
+    assert derived_code(definition_code("kyphosis"), None) == definition_code("kyphosis")

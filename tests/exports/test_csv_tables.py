@@ -81,6 +81,10 @@ def test_vertebrae(summary: SurgerySummary) -> None:
     assert [float(row[f"position_{axis}_mm"]) for axis in axes] == body.position_mm.tolist()
     assert [float(row[f"rotation_{i}{j}"]) for i in "123" for j in "123"] == body.rotation.ravel().tolist()
     assert (row["origin"], row["marked"], row["axial_rotation_deg"]) == ("measured", "true", "4.25")
+    between = one(rows, stage="PRE", vertebra="T8")
+    assert (between["status"], between["reason"]) == ("bracketed", "T8 has no marker at this stage")
+    assert float(between["axial_rotation_lower95_deg"]) == pytest.approx(4.25 - 1.959964 * 0.8 - 3.0)
+    assert float(between["axial_rotation_upper95_deg"]) == pytest.approx(4.25 + 1.959964 * 0.8)
     lost = one(rows, stage="PRE", vertebra="T5")
     assert (lost["position_x_anterior_mm"], lost["coronal_tilt_deg"]) == ("", "")
     assert lost["reason"] == "it lies outside the marked vertebrae T7 to L1"
@@ -115,8 +119,20 @@ def test_measures_are_in_the_columns_of_their_unit(summary: SurgerySummary) -> N
     assert {row["definition"] for row in rows} <= set(DEFINITIONS)
 
 
+def test_every_pair_of_vertebrae_has_its_row(summary: SurgerySummary) -> None:
+    rows = [row for row in read(summary, "measures", "INTER") if row["definition"] == "kyphosis"]
+    assert [(row["kind"], row["levels"], row["value_deg"]) for row in rows] == [
+        ("value", "T5 T12", ""), ("value", "T7 T12", "32.5"), ("value", "T10 L1", "5.5"),
+        ("change", "T7 T12", "1.25"), ("change", "T10 L1", "-0.75"),
+    ]  # fmt: skip
+
+
 def test_attribution_remaining_flags_and_definitions(summary: SurgerySummary) -> None:
-    row = one(read(summary, "attribution"), stage="POST", since_stage="PRE")
+    rows = read(summary, "attribution")
+    row = one(rows, stage="POST", since_stage="PRE", definition="cobb-fixed")
+    assert (row["levels"], row["status"], row["assumed"]) == ("T7 L1", "measured", "false")
+    apex = one(rows, stage="POST", since_stage="PRE", definition="apical-translation")
+    assert (apex["levels"], apex["status"], apex["reason"]) == ("T8", "bracketed", "T8 has no marker")
     assert (row["definition"], row["total_deg"], row["rotation_deg"], row["distraction_deg"]) == (
         "cobb-fixed", "-23.3", "-18.0", "-5.1"
     )  # fmt: skip

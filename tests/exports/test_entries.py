@@ -7,9 +7,10 @@ from tests.contract.spine_results import measure, stage_spine
 
 
 def found(spine: StageSpine) -> dict[tuple[str, str, str | None, str | None], Entry]:
-    listed = list(entries(spine))
-    by_key = {(entry.subject, entry.code, entry.derivation, entry.since): entry for entry in listed}
-    assert len(by_key) == len(listed)
+    """Entries by subject, code, derivation and stage of comparison: the first of each."""
+    by_key: dict[tuple[str, str, str | None, str | None], Entry] = {}
+    for entry in entries(spine):
+        by_key.setdefault((entry.subject, entry.code, entry.derivation, entry.since), entry)
     return by_key
 
 
@@ -55,7 +56,7 @@ def test_a_vertebra_gives_its_state_and_one_without_a_pose_its_reason_once() -> 
     assert given["T9", "position-x", None, None].unit == "mm"
     assert given["T9", "coronal-tilt", None, None].value == state.coronal_tilt_deg
     assert given["T9", "coronal-tilt", None, None].unit == "deg"
-    assert given["T8", "axial-rotation", None, None].status == "interpolated"
+    assert given["T8", "position-y", None, None].status == "interpolated"
     unknown = [entry for key, entry in given.items() if key[0] == "T5"]
     assert [(entry.code, entry.value, entry.reason) for entry in unknown] == [
         ("pose", None, "it lies outside the marked vertebrae T7 to L1")
@@ -96,3 +97,74 @@ def test_shares_and_what_remains_are_given() -> None:
     assert given["curve 1", "cobb-fixed", "remaining", None].value == -5.0
     assert given["T9", "axial-rotation", "remaining", None].value == -3.0
     assert ("T9", "translation-x", "remaining", None) not in given
+
+
+def test_every_pair_of_vertebrae_of_the_whole_spine_is_given() -> None:
+    spine = stage_spine(2)
+    listed = [entry for entry in entries(spine) if entry.code == "kyphosis"]
+    assert [(entry.levels, entry.derivation, entry.since, entry.value) for entry in listed] == [
+        (("T5", "T12"), None, None, None),
+        (("T7", "T12"), None, None, 33.5),
+        (("T10", "L1"), None, None, 6.5),
+        (("T7", "T12"), "change", "PRE", 1.25),
+        (("T10", "L1"), "change", "PRE", -0.75),
+        (("T7", "T12"), "change", "INTER", 1.25),
+        (("T10", "L1"), "change", "INTER", -0.75),
+    ]
+    everything = list(entries(spine))
+    assert len({entry.identity for entry in everything}) == len(everything)
+
+
+def test_every_pair_of_vertebrae_remains_to_the_target() -> None:
+    pairs = [["T5", "T12"], ["T2", "T12"], ["T10", "L2"]]
+    left = [measure("kyphosis", 1.0, curve=None, levels=pair) for pair in pairs]
+    spine = stage_spine(0).model_copy(update={"target_measures": left})
+    given = [entry for entry in entries(spine) if (entry.code, entry.derivation) == ("kyphosis", "remaining")]
+    assert [list(entry.levels) for entry in given] == pairs
+
+
+def test_shares_have_the_vertebrae_status_and_reason_of_their_quantity() -> None:
+    given = found(stage_spine(1))
+    cobb = given["curve 1", "cobb-fixed", "by-rotation", "PRE"]
+    assert (cobb.levels, cobb.status, cobb.assumed, cobb.reason) == (("T7", "L1"), "measured", False, None)
+    apex = given["curve 1", "apical-translation", "by-distraction", "PRE"]
+    assert (apex.levels, apex.status, apex.reason) == (("T8",), "bracketed", "T8 has no marker")
+    assert (apex.kind, apex.unit) == ("curve", "mm")
+
+
+def test_shares_of_an_assumed_configuration_say_so_and_those_without_a_status_are_not_measured() -> None:
+    spine = stage_spine(1)
+    assert spine.since_baseline is not None
+    cobb, _ = spine.since_baseline.attribution
+    parts = [
+        cobb.model_copy(update={"assumed": True}),
+        cobb.model_copy(update={"subject": "x", "status": None}),
+    ]
+    change = spine.since_baseline.model_copy(update={"attribution": parts})
+    given = found(spine.model_copy(update={"since_baseline": change}))
+    assumed = given["curve 1", "cobb-fixed", "by-rotation", "PRE"]
+    assert (assumed.status, assumed.assumed) == ("measured", True)
+    assert given["x", "cobb-fixed", "by-rotation", "PRE"].status == "bracketed"
+
+
+def test_measures_of_a_vertebra_without_a_marker_are_bracketed() -> None:
+    spine = stage_spine(0)
+    state = next(state for state in spine.vertebrae if state.vertebra == "T8")
+    given = found(spine)
+    lateral = given["T8", "lateral-displacement", None, None]
+    assert (lateral.unit, lateral.status, lateral.reason) == (
+        "mm",
+        "bracketed",
+        "T8 has no marker at this stage",
+    )
+    assert list(lateral.interval or ()) == state.lateral_displacement_interval_mm
+    assert list(given["T8", "coronal-tilt", None, None].interval or ()) == state.coronal_tilt_interval_deg
+    assert given["T9", "coronal-tilt", None, None].status == "measured"
+
+
+def test_a_vertebra_of_an_earlier_version_is_as_its_pose() -> None:
+    spine = stage_spine(0)
+    lacking = {"coronal_tilt_interval_deg": None, "status": None, "bracketed_reason": None}
+    states = [state.model_copy(update=lacking) for state in spine.vertebrae]
+    tilt = found(spine.model_copy(update={"vertebrae": states}))["T8", "coronal-tilt", None, None]
+    assert (tilt.status, tilt.interval) == ("interpolated", normal_interval(tilt.value, tilt.sd))

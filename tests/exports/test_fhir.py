@@ -124,6 +124,45 @@ def test_the_cobb_angle_is_coded_by_snomed_with_its_vertebrae(bundle: dict[str, 
     assert rotation["bodySite"]["coding"][0]["code"] == "82687006"
 
 
+def test_only_an_angle_is_coded_as_an_angle_and_what_is_derived_has_a_code_of_its_own(
+    bundle: dict[str, Any],
+) -> None:
+    observations = [
+        o for o in of_stage(bundle, "POST") if o["method"]["coding"][0]["code"].startswith("cobb")
+    ]
+    coded = {(o["code"]["coding"][0]["code"], derivation_of(o)) for o in observations}
+    assert coded == {
+        ("285285000", None),
+        ("cobb-fixed.change", "change"),
+        ("cobb-fixed.by-rotation", "by-rotation"),
+        ("cobb-fixed.by-distraction", "by-distraction"),
+        ("cobb-fixed.remaining", "remaining"),
+    }
+    for observation in of_stage(bundle, "POST"):
+        code, derivation = observation["code"]["coding"][0]["code"], derivation_of(observation)
+        assert ("." in code) == (derivation is not None)
+
+
+def derivation_of(observation: dict[str, Any]) -> str | None:
+    found = component(observation, "derivation")
+    return None if found is None else str(found["coding"][0]["code"])
+
+
+def test_every_pair_of_vertebrae_has_its_observation(bundle: dict[str, Any]) -> None:
+    kyphosis = [
+        (o["code"]["coding"][0]["code"], o["bodySite"]["text"], o.get("valueQuantity", {}).get("value"))
+        for o in of_stage(bundle, "INTER")
+        if o["method"]["coding"][0]["code"] == "kyphosis"
+    ]
+    assert kyphosis == [
+        ("kyphosis", "T5 to T12", None),
+        ("kyphosis", "T7 to T12", 32.5),
+        ("kyphosis", "T10 to L1", 5.5),
+        ("kyphosis.change", "T7 to T12", 1.25),
+        ("kyphosis.change", "T10 to L1", -0.75),
+    ]
+
+
 def test_only_what_is_measured_is_final(bundle: dict[str, Any]) -> None:
     status = {
         "measured": "final",

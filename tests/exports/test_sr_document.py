@@ -7,6 +7,7 @@ from highdicom import sr
 from pydicom.sr.codedict import codes
 
 from contract.summary import SurgerySummary
+from exports.codes import site
 from exports.entries import Entry, entries
 from exports.sr_document import write
 from tests.contract.spine_results import stage_spine
@@ -38,17 +39,24 @@ def children(group: Any, value_type: str) -> Iterator[Any]:
     return (item for item in found if item.RelationshipType == "CONTAINS")
 
 
-def key(item: Any) -> tuple[str, str, str | None, str | None]:
-    """Name, definition, derivation and stage of comparison of a result."""
+def key(item: Any) -> tuple[object, ...]:
+    """Name, definition, derivation, stage of comparison and vertebrae of a result."""
     below = properties(item)
     method = below["370129005"].value if "370129005" in below else item.name.value
     derivation = below["121401"].value if "121401" in below else None
-    return item.name.value, method, derivation, below.get("since")
+    return item.name.value, method, derivation, below.get("since"), *vertebrae(item)
 
 
-def key_of(entry: Entry) -> tuple[str, str, str | None, str | None]:
+def vertebrae(item: Any) -> list[str]:
+    """Codes of the finding sites of a result."""
+    content = getattr(item, "ContentSequence", ())
+    return [child.value.value for child in content if child.name == codes.SCT.FindingSite]
+
+
+def key_of(entry: Entry) -> tuple[object, ...]:
     name = "285285000" if entry.code in {"cobb-fixed", "cobb-reselected"} else entry.code
-    return name, entry.code, entry.derivation, entry.since
+    levels = () if entry.kind == "vertebra" else entry.levels
+    return name, entry.code, entry.derivation, entry.since, *(site(level).code.value for level in levels)
 
 
 def test_every_number_is_read_back_with_its_interval(groups: list[Any]) -> None:
@@ -85,9 +93,10 @@ def test_uncertainty_has_the_unit_of_its_value(groups: list[Any]) -> None:
 
 def test_what_was_not_measured_is_an_evaluation_with_a_reason_and_no_number(groups: list[Any]) -> None:
     group = next(g for g in groups if stage_of(g) == "PRE" and g.tracking_identifier == "spine")
-    assert not list(children(group, "NUM"))
+    assert [item.value for item in children(group, "NUM")] == [31.5, 4.5]
     (kyphosis,) = (item for item in children(group, "CODE") if item.name.value == "kyphosis")
     assert kyphosis.value.value == "not_measured"
+    assert vertebrae(kyphosis) == [site(level).code.value for level in ("T5", "T12")]
     assert properties(kyphosis)["reason"] == "L5 was not measured"
 
 

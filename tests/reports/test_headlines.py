@@ -18,3 +18,13 @@ def test_a_single_stage_has_no_change() -> None:
     only = stage_spine(0)
     (cobb,) = headlines(only, only, "curve 1", ("cobb-fixed",))
     assert (cobb.before.value, cobb.after, cobb.change) == ("58.3°", None, None)
+
+
+def test_every_pair_of_vertebrae_has_its_line() -> None:
+    found = headlines(stage_spine(0), stage_spine(2), None, ("kyphosis", "lordosis"))
+    assert [(line.name, line.before.value, line.change and line.change.value) for line in found] == [
+        ("Kyphosis (T5–T12)", "–", "–"),
+        ("Kyphosis (T7–T12)", "31.5°", "+1.2°"),
+        ("Kyphosis (T10–L1)", "4.5°", "−0.8°"),
+        ("Lordosis (L1–L5)", "–", "–"),
+    ]

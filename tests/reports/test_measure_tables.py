@@ -1,6 +1,6 @@
 import pytest
 
-from reports.measure_tables import STAGES_PER_TABLE, cell, levels_text, measure_tables, name_of
+from reports.measure_tables import STAGES_PER_TABLE, cell, levels_text, measure_tables, name_of, row_of
 from spinewatch.spine.definitions import DEFINITIONS
 from spinewatch.spine.results import MeasureStatus
 from tests.contract.spine_results import measure, stage_spine
@@ -63,6 +63,21 @@ def test_measures_are_tables_of_curves_and_then_of_the_spine() -> None:
     ]
     assert [found.value for found in curve.rows[0].cells] == ["58.3°", "35.0°", "11.7°"]
     assert curve.rows[3].cells[0].value == "21.7 mm"
+    assert [(row.definition, row.levels, row.cells[1].value) for row in whole.rows] == [
+        ("kyphosis", "T5–T12", "–"),
+        ("lordosis", "L1–L5", "–"),
+        ("kyphosis", "T7–T12", "32.5°"),
+        ("kyphosis", "T10–L1", "5.5°"),
+    ]
+
+
+def test_a_curve_has_one_row_for_a_definition_whose_vertebrae_change() -> None:
+    stages = [("S0", ["T7", "L1"]), ("S1", ["T8", "L1"])]
+    columns = [(name, [measure("cobb-reselected", 5.0, levels=levels)]) for name, levels in stages]
+    (found,) = measure_tables(columns)
+    (row,) = found.rows
+    assert [cell.note for cell in row.cells] == ["", "T8–L1"]
+    assert row_of(columns[0][1][0]) == row_of(columns[1][1][0])
 
 
 def test_a_missing_measure_is_a_dash() -> None:

@@ -8,7 +8,7 @@ from spinewatch.spine.attribution import attribute
 from spinewatch.spine.changes import LevelsDifferError
 from spinewatch.spine.configuration import Origin, SpineConfiguration, SpinePoses
 from spinewatch.spine.measure_changes import measure_changes
-from spinewatch.spine.results import Attribution
+from spinewatch.spine.results import Attribution, MeasureStatus
 from tests.spinewatch.spine.spines import LEVELS, disturbed, errors, scoliosis, tilted
 
 BENT = tilted([-25.0, -20.0, 0.0, 20.0, 30.0], sagittal_deg=[10.0, 5.0, 0.0, -5.0, -10.0])
@@ -127,7 +127,20 @@ def test_other_interpolations_widen_the_interval() -> None:
     found = attribute(BENT, after, BENT, "L5")
     vertebra = of(found, "L1", "lateral-displacement").total
     assert (vertebra.lower, vertebra.upper) == pytest.approx((-3.0, 0.0), abs=1e-9)
-    assert of(found, "curve 1", "cobb-fixed").total.upper > 5.0
+    cobb, apex = (of(found, "curve 1", quantity) for quantity in ("cobb-fixed", "apical-translation"))
+    assert cobb.total.upper > 5.0
+    assert (cobb.levels, cobb.status, cobb.assumed) == (("L1", "L5"), MeasureStatus.BRACKETED, False)
+    assert cobb.reason == "L1 has no marker at this stage"
+    changes = {m.definition: m for m in measure_changes(BENT, after, BENT)}
+    for part in (cobb, apex):
+        change = changes[part.quantity]
+        assert (part.levels, part.status, part.reason) == (change.levels, change.status, change.reason)
+
+
+def test_what_depends_on_an_assumed_configuration_says_so() -> None:
+    start, end = (replace(s, assumed=True) for s in (scoliosis(), scoliosis(0.5)))
+    found = attribute(start, end, start, "L5")
+    assert {(a.assumed, a.status) for a in found} == {(True, MeasureStatus.MEASURED)}
 
 
 def test_an_undetermined_plane_leaves_the_total() -> None:
