@@ -43,7 +43,7 @@ export const STATUS: Readonly<Record<Status, StatusLook>> = {
   },
   bracketed: {
     label: "bracketed",
-    description: "at least this: its end lies beyond the measured span",
+    description: "between markers: the interval holds what other interpolations give",
     shape: "bracket",
     dash: [12, 3, 2, 3],
     filled: false,

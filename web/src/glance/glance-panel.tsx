@@ -107,8 +107,7 @@ interface ValueProps {
 
 function Value({ title, of, value, sign, none, change = false }: ValueProps): VNode {
   const number = value?.value ?? null;
-  // a change does not depend on what was assumed of the initial configuration
-  const assumed = value?.assumed === true && !change;
+  const assumed = value?.assumed === true;
   return (
     <div class="glance-value">
       <h3>

@@ -5,6 +5,7 @@ import { useId } from "preact/hooks";
 import type { Share } from "../api/types";
 import { fixed, unitSymbol, withUnit } from "../format/numbers";
 import { Quantity } from "../format/quantity";
+import { StatusMark } from "../format/status-mark";
 import { type AttributionRow, barRange } from "./attribution";
 import { linear, type Range, tickDigits, ticks } from "./scales";
 
@@ -44,7 +45,9 @@ export function AttributionTable({ title, unit, rows }: AttributionTableProps): 
         <tbody>
           {rows.map((row) => (
             <tr data-subject={row.key}>
-              <th scope="row">{row.quantity === "apical-translation" ? `${row.subject}, apex` : row.subject}</th>
+              <th scope="row">
+                {row.quantity === "apical-translation" ? `${row.subject}, apex` : row.subject} <StatusMark status={row.status} />
+              </th>
               <td class="attribution-bars">
                 <Bars row={row} range={range} hatch={hatch} />
               </td>

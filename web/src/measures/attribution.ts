@@ -1,6 +1,8 @@
 /** How much of a change came with rotation and how much with distraction: choices, rows and bars. */
 import type { Attribution, Share, SpineChange, SummaryStage } from "../api/types";
+import type { Status } from "../format/status";
 import { type Range, symmetric } from "./scales";
+import { levelsText, shownStatus } from "./series";
 
 /** A change between two stages. */
 export interface Manoeuvre {
@@ -21,6 +23,10 @@ export interface AttributionRow {
   readonly distraction: Share;
   readonly remainder: number | null;
   readonly reason: string | null;
+  /** What the change and its parts are shown as. */
+  readonly status: Status;
+  /** Vertebrae that the quantity is measured between. */
+  readonly levels: string;
 }
 
 export interface AttributionRows {
@@ -52,7 +58,12 @@ export function defaultManoeuvre(all: readonly Manoeuvre[], stage: string | null
 
 /** Return the rows of a manoeuvre. */
 export function attributionRows(attribution: readonly Attribution[]): AttributionRows {
-  const rows = attribution.map((item): AttributionRow => ({ key: `${item.subject} ${item.quantity}`, ...item }));
+  const rows = attribution.map((item): AttributionRow => ({
+    ...item,
+    key: `${item.subject} ${item.quantity}`,
+    status: statusOf(item),
+    levels: levelsText(item.levels ?? []),
+  }));
   const shown = rows.filter((row) => row.total.value !== null || row.rotation.value !== null);
   return {
     curves: shown.filter((row) => row.quantity === "cobb-fixed"),
@@ -81,6 +92,12 @@ export function reasonsOf(rows: readonly AttributionRow[]): { reason: string; su
     found.set(reason, [...(found.get(reason) ?? []), row.subject]);
   }
   return [...found].map(([reason, subjects]) => ({ reason, subjects }));
+}
+
+/** Nothing says that a change of an earlier version, which has no status, was measured. */
+function statusOf({ total, status, assumed }: Attribution): Status {
+  if (total.value === null) return "not_measured";
+  return shownStatus({ status: status ?? "bracketed", assumed: assumed ?? false });
 }
 
 function made(to: string, change: SpineChange | null, sinceBaseline: boolean): Manoeuvre | null {

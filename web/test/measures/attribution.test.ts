@@ -45,6 +45,17 @@ describe("rows", () => {
   it("add up", () => {
     expect(rows.curves.map(discrepancy)).toEqual([0, null]);
   });
+  it("say how far they are determined, and that of an earlier version is not measured", () => {
+    const found = attributionRows([
+      attribution({ levels: ["T5", "T12"], status: "measured", assumed: false }),
+      attribution({ subject: "curve 2", status: "measured", assumed: true }),
+      attribution({ subject: "curve 3", status: "bracketed", assumed: true }),
+      attribution({ subject: "curve 4" }),
+    ]);
+    expect(found.curves.map((row) => row.status)).toEqual(["measured", "assumed", "bracketed", "bracketed"]);
+    expect(found.curves[0]?.levels).toBe("T5\u2013T12");
+    expect(rows.missing[0]?.status).toBe("not_measured");
+  });
   it("share one scale with zero in the middle, intervals within", () => {
     const [low, high] = barRange(rows.displacements);
     expect(low).toBe(-high);
