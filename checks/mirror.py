@@ -13,6 +13,7 @@ ROOMS = ("spinewatch", "contract", "exports", "reports", "store", "workers")
 DECLARATIONS = frozenset(
     {
         "spinewatch/arrays",
+        "spinewatch/detection/refinement/centre_parameters",
         "spinewatch/errors",
         "spinewatch/flags/calibration",
         "spinewatch/flags/image",

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar, Protocol
 
 from spinewatch.detection.candidates.search import DetectionParameters
-from spinewatch.detection.refinement.centres import CentreParameters
+from spinewatch.detection.refinement.centre_parameters import CentreParameters
 from spinewatch.matching.rig_check import RigCheckParameters
 from spinewatch.triads.diagnosis_parameters import DiagnosisParameters
 from spinewatch.triads.labels import LabelParameters

@@ -17,16 +17,13 @@ from spinewatch.detection.candidates.search import (
 )
 from spinewatch.detection.candidates.templates import TemplateSet, default_template_set
 from spinewatch.detection.features import Features
-from spinewatch.detection.refinement.centres import (
-    CentreParameters,
-    NominalView,
-    Proposals,
-    propose,
-    refine,
-)
+from spinewatch.detection.refinement.centre_parameters import CentreParameters
+from spinewatch.detection.refinement.centres import refine
+from spinewatch.detection.refinement.duplicates import same_ball
 from spinewatch.detection.refinement.lamp import expected_lamp
 from spinewatch.detection.refinement.network_file import default_networks
 from spinewatch.detection.refinement.networks import BallNetworks
+from spinewatch.detection.refinement.proposals import NominalView, Proposals, propose
 from spinewatch.errors import ImageSizeError, ParameterError
 from spinewatch.flags import Flag
 from spinewatch.imaging.exposure import Exposure
@@ -217,8 +214,7 @@ def _with_second_look(first: Features, second: Features, radius_px: Float, p: Ce
     """Return the features of the first look with those of the second that are other balls or better estimates."""
     probable = second.score >= first.score.min(initial=1.0)
     new = second.take(np.flatnonzero(probable))
-    distance = np.linalg.norm((first.xy_px[:, None] - new.xy_px) / radius_px, axis=-1)
-    same = distance < p.merge_radius
+    same = same_ball(first.xy_px, new.xy_px, radius_px, p.merge_radius)
     refined = np.arange(len(first)) < p.n_refined
     added = ~same[refined].any(axis=0)
     new, same = new.take(np.flatnonzero(added)), same[:, added]

@@ -9,7 +9,8 @@ import numpy as np
 
 from spinewatch.arrays import Float
 from spinewatch.detection.features import Features
-from spinewatch.detection.refinement.centres import CentreParameters
+from spinewatch.detection.refinement.centre_parameters import CentreParameters
+from spinewatch.detection.refinement.duplicates import same_ball
 
 _SCORE = 1.0
 """Score of a centre that a person placed: it is a ball."""
@@ -72,8 +73,7 @@ def edit_features(
     placed = np.array([edit.xy_px for edit in edits if edit.xy_px is not None]).reshape(-1, 2)
     kept = np.ones(len(features), dtype=bool)
     kept[[edit.feature for edit in edits if edit.feature is not None]] = False
-    distance = np.linalg.norm((features.xy_px[:, None] - placed) / radius, axis=-1)
-    kept &= ~np.any(distance < parameters.merge_radius, axis=1)
+    kept &= ~np.any(same_ball(features.xy_px, placed, radius, parameters.merge_radius), axis=1)
     rest = features.take(np.flatnonzero(kept))
     visible = np.ones(len(rest)) if rest.visible is None else rest.visible
     all_features = Features(

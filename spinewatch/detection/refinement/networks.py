@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from spinewatch.arrays import Float, Single
+from spinewatch.arrays import Bool, Float, Single
 from spinewatch.detection.refinement.lighting import Lighting
 from spinewatch.detection.refinement.network_graph import Layer, NetworkGraph
 from spinewatch.detection.refinement.patches import PatchGrid
@@ -164,6 +164,36 @@ class BallEstimates:
     log_size: Float
     lamp: Float
     lamp_sd: Float
+
+    def probable(self, min_odds: float) -> Bool:
+        """Return which patches show a ball of some odds at least.
+
+        Parameters
+        ----------
+        min_odds
+            Least odds of a ball, which are exceeded.
+
+        Returns
+        -------
+        Bool
+            Mask, shape (n,).
+        """
+        return np.asarray(self.log_odds > np.log(min_odds))
+
+    def covariance_px2(self, ball_px: Float) -> Float:
+        """Return the covariances of the centres in the image.
+
+        Parameters
+        ----------
+        ball_px
+            Width and height of a ball, shape (2,), px.
+
+        Returns
+        -------
+        Float
+            Covariances, shape (n, 2, 2), px^2.
+        """
+        return np.asarray(self.covariance * np.outer(ball_px, ball_px) / 4)
 
 
 def predict_balls(network: BallNetwork, patches: Single, lighting: Lighting) -> BallEstimates:

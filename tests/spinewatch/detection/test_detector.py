@@ -16,7 +16,7 @@ from spinewatch.camera import Rig
 from spinewatch.detection.candidates.search import DetectionParameters
 from spinewatch.detection.candidates.templates import TemplateSet, default_template_set
 from spinewatch.detection.detector import BallDetector, check_image_size, nominal_ball_px, prepare_detector
-from spinewatch.detection.refinement.centres import CentreParameters
+from spinewatch.detection.refinement.centre_parameters import CentreParameters
 from spinewatch.errors import ImageSizeError, ParameterError
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import SIDES, Frame

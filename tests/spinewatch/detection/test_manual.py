@@ -2,7 +2,7 @@ import numpy as np
 
 from spinewatch.detection.features import Features
 from spinewatch.detection.manual import CentreEdit, edit_features
-from spinewatch.detection.refinement.centres import CentreParameters
+from spinewatch.detection.refinement.centre_parameters import CentreParameters
 
 FOUND = Features.with_sigma(np.array([[10.0, 20], [30, 40], [50, 60]]), np.array([0.9, 0.7, 0.6]), 0.1)
 BALL = (10.0, 12.0)

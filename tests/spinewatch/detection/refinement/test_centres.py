@@ -12,15 +12,11 @@ from spinewatch.arrays import Pixels
 from spinewatch.camera import Rig
 from spinewatch.detection.candidates.search import DetectionParameters, detect
 from spinewatch.detection.features import Features
-from spinewatch.detection.refinement.centres import (
-    CentreParameters,
-    NominalView,
-    measure_shared,
-    propose,
-    refine,
-)
+from spinewatch.detection.refinement.centre_parameters import CentreParameters
+from spinewatch.detection.refinement.centres import measure_shared, refine
 from spinewatch.detection.refinement.look import LookParameters
 from spinewatch.detection.refinement.network_file import default_networks
+from spinewatch.detection.refinement.proposals import NominalView, propose
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import Frame
 from spinewatch.rig_files.rig_json import parse_rig

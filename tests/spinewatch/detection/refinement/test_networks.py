@@ -104,3 +104,16 @@ def test_estimates_of_turned_patches_are_turned_back(turn: tuple[int, int]) -> N
     assert again.covariance == pytest.approx(np.outer(sign, sign) * upright.covariance)
     assert again.lamp == pytest.approx(sign * upright.lamp)
     assert again.log_odds == pytest.approx(upright.log_odds)
+
+
+def test_covariances_in_the_image_are_those_of_a_ball_of_that_size_and_probable_balls_exceed_the_odds() -> (
+    None
+):
+    network, *_ = default_networks().refinement_networks(10.0)
+    seen = predict_balls(network, np.random.default_rng(3).normal(size=(4, 25, 25)).astype(np.float32), LIGHT)
+    covariance = seen.covariance_px2(np.array([8.0, 10.0]))
+    assert covariance[:, 0, 0] == pytest.approx(16 * seen.covariance[:, 0, 0])
+    assert covariance[:, 0, 1] == pytest.approx(20 * seen.covariance[:, 0, 1])
+    assert covariance[:, 1, 1] == pytest.approx(25 * seen.covariance[:, 1, 1])
+    odds = np.exp(seen.log_odds)
+    assert np.array_equal(seen.probable(float(np.median(odds))), odds > np.median(odds))
