@@ -209,6 +209,7 @@ NO_LIMITS = frozenset(
         "service/middleware/refusals._MAX_ADDRESSES",
         "service/middleware/refusals._MAX_TEXT",
         "service/server._MAX_OPEN_FILES",
+        "spinewatch/imaging/bands._MIN_PERIOD_PX",
         "spinewatch/imaging/jpeg_stream._MIN_TESTED",
         "spinewatch/imaging/quality._MIN_SIDE_PX",
         "spinewatch/imaging/tone._MAX_DEFECT_SHARE",

@@ -17,6 +17,7 @@ from spinewatch.detection.candidates.search import (
 )
 from spinewatch.detection.candidates.templates import TemplateSet, default_template_set
 from spinewatch.detection.features import Features
+from spinewatch.detection.negative import is_negative
 from spinewatch.detection.refinement.centre_parameters import CentreParameters
 from spinewatch.detection.refinement.centres import refine
 from spinewatch.detection.refinement.duplicates import same_ball
@@ -26,7 +27,6 @@ from spinewatch.detection.refinement.networks import BallNetworks
 from spinewatch.detection.refinement.proposals import NominalView, Proposals, propose
 from spinewatch.errors import ImageSizeError, ParameterError
 from spinewatch.flags import Flag
-from spinewatch.imaging.exposure import Exposure
 from spinewatch.imaging.frame import SIDES, Frame
 from spinewatch.imaging.quality import exposure_flags
 from spinewatch.imaging.sharpness import edge_widths_px
@@ -169,7 +169,7 @@ class BallDetector:
         """Return a detection with the flags of its image, its deviations enlarged as the image's quality requires."""
         factor, extra_sd_px, blurred = self._deviations(number, frame, found)
         flags = (*flags, *blurred)
-        if self._is_negative(number, frame, found):
+        if is_negative(frame, found, self.views[number], self.searches[number], self.networks, self.centres):
             detail = "balls are found in the negative of the image only; export the image with black as zero"
             flags = (*flags, Flag("image-negative", detail))
         features = found.features.enlarged(factor, extra_sd_px)
@@ -195,19 +195,6 @@ class BallDetector:
                 )
                 flags = (Flag("image-blurred", detail),)
         return factor, found.quality.extra_sd_px, flags
-
-    def _is_negative(self, number: int, frame: Frame, found: Detection) -> bool:
-        """Return whether the negative of an image has balls and the image has none."""
-        p = self.searches[number].parameters.quality
-        balls = int((found.features.score > p.min_ball_score).sum())
-        if balls >= p.min_balls or found.exposure is Exposure.BLANK:
-            return False
-        negative = replace(frame, pixels=frame.pixels.max() - frame.pixels)
-        candidates = self.searches[number].detect(negative).features
-        proposals = propose(self.views[number], negative, candidates, self.networks, self.centres)
-        view, _ = refine((proposals, proposals), self.centres, any_look=True)
-        count = int((view.features.score > p.min_ball_score).sum())
-        return count >= max(p.min_balls, p.min_negative_ratio * balls)
 
 
 def _with_second_look(first: Features, second: Features, radius_px: Float, p: CentreParameters) -> Features:

@@ -7,34 +7,38 @@ The measures need no balls and are computed from the image at 8 bits. Blur, whic
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
-from statistics import median
-from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from spinewatch.arrays import Bool, Float, Single
+from spinewatch.arrays import Bool, Single
 from spinewatch.flags import Flag
+from spinewatch.imaging.bands import bands
+from spinewatch.imaging.jpeg_blocks import BLOCK_PX, blockiness, raster_step
+from spinewatch.imaging.level_differences import Bytes
+from spinewatch.imaging.noise import levels_share, noise_levels
+from spinewatch.imaging.row_structure import row_structure
 
-_BLOCK = 8
 _MIN_SIDE_PX = 64
-_NORMAL_QUARTILE = 0.6745
-_NOISE_KERNEL = np.array([1, -2, 1], np.float32)
-_NOISE_GAIN = 6.0
+_CHANCE_BLOCKINESS = 8.0
+"""Margin of the blockiness for chance, over one over the square root of the number of pixels.
 
-Bytes = NDArray[np.uint8]
+A small image has few differences per phase, so that chance alone makes a larger ratio. In pure noise the relative
+standard error of the mean over one of eight phases is about two over that root; the margin is four times that.
+"""
 
 
 @dataclass(frozen=True)
 class QualityParameters:
-    """Thresholds of `assess_image`, and by how much deviations grow.
+    """Thresholds of `assess_image`, `exposure_flags` and the test for a negative, and by how much deviations grow.
+
+    The test for a negative is `spinewatch.detection.negative.is_negative`. docs/image-quality.md has the measures of
+    sound and of degraded images.
 
     Attributes
     ----------
     max_blockiness
-        Largest blockiness of an image that was not compressed; sound images have at most 1.02, JPEG of quality 90 1.10.
+        Largest blockiness of an image that was not compressed.
     blockiness_sd_gain
         Relative growth of the deviations of centres per unit of blockiness above 1, measured on JPEG of quality 20 to
         92.
@@ -45,7 +49,7 @@ class QualityParameters:
     min_step_ratio
         Least ratio of that step to the steps along rows that are no borders of blocks.
     max_comb
-        Largest difference of a row to its neighbours, over the difference of the neighbours: 0.87 for pure noise.
+        Largest difference of a row to its neighbours, over the difference of the neighbours.
     min_row_pairing
         Least ratio of the differences within pairs of rows to those between pairs; 0 when rows are doubled.
     interlaced_sd_px
@@ -153,8 +157,7 @@ def assess_image(gray: Single, parameters: QualityParameters) -> ImageQuality:
         return SOUND
     flags, factor, extra_sd_px = [], 1.0, (0.0, 0.0)
     blocks, noise = blockiness(levels), noise_levels(levels)
-    # A small image has few columns per phase, so that chance alone makes a larger ratio.
-    if blocks > p.max_blockiness + 8 / np.sqrt(levels.size):
+    if blocks > p.max_blockiness + _CHANCE_BLOCKINESS / np.sqrt(levels.size):
         factor += p.blockiness_sd_gain * (blocks - 1)
         detail = (
             f"JPEG compression: steps at the borders of blocks of 8 px are {blocks:.2f} times those elsewhere (at most"
@@ -231,165 +234,13 @@ def exposure_flags(
     return (flags, ()) if medians[0] < medians[1] else ((), flags)
 
 
-def blockiness(levels: Bytes) -> float:
-    """Return how much larger third differences are at one of eight phases than at the others.
-
-    Parameters
-    ----------
-    levels
-        Gray levels, shape (H, W), uint8.
-
-    Returns
-    -------
-    float
-        Mean absolute third difference at the largest phase over the median of the others, or over the opposite
-        phase when that is larger; along rows or along columns, whichever is smaller; about 1 without blocks of 8 px.
-    """
-    return min(_phase_ratio(levels, axis) for axis in (0, 1))
-
-
-def _phase_ratio(levels: Bytes, axis: int) -> float:
-    third = _at_most(_differences(levels, 3, axis), 64)
-    profile = cv2.reduce(third, 1 - axis, cv2.REDUCE_AVG, dtype=cv2.CV_32F).ravel()[2:-3]
-    phases = profile[: len(profile) // _BLOCK * _BLOCK].reshape(-1, _BLOCK).mean(axis=0)
-    largest = int(phases.argmax())
-    # Enlarged images have patterns of 2 or 4 px, which the opposite phase shares.
-    others = max(float(median(np.delete(phases, largest).tolist())), float(phases[largest - _BLOCK // 2]))
-    return float(phases[largest]) / max(others, 1e-3)
-
-
-def _differences(levels: Bytes, order: int, axis: int) -> NDArray[Any]:
-    """Return the absolute differences of levels (H, W) of some order along an axis, at most 255, uint8."""
-    values: NDArray[Any] = levels.astype(np.int16)
-    for _ in range(order):
-        later, earlier = (values[1:], values[:-1]) if axis == 0 else (values[:, 1:], values[:, :-1])
-        values = cv2.subtract(later, earlier)
-    return np.asarray(cv2.convertScaleAbs(values))
-
-
-def _at_most(values: NDArray[Any], limit: int) -> NDArray[Any]:
-    """Return values (H, W) cut off at a limit."""
-    return cv2.threshold(values, limit, 255, cv2.THRESH_TRUNC)[1]
-
-
-def row_structure(levels: Bytes) -> tuple[float, float]:
-    """Return what tells fields of an interlaced frame from rows of one exposure.
-
-    Parameters
-    ----------
-    levels
-        Gray levels, shape (H, W), uint8.
-
-    Returns
-    -------
-    comb : float
-        Difference of rows from the mean of their neighbours over the difference of the neighbours.
-    pairing : float
-        Smaller over larger of the mean differences of rows 2k, 2k + 1 and of rows 2k + 1, 2k + 2; 0 for doubled rows.
-    """
-    between = _at_most(cv2.absdiff(levels[2:], levels[:-2]), 30)
-    own = _at_most(_differences(levels, 2, axis=0), 60)
-    steps = cv2.reduce(cv2.absdiff(levels[1:], levels[:-1]), 1, cv2.REDUCE_AVG, dtype=cv2.CV_32F).ravel()
-    n = len(steps) // 2 * 2
-    even, odd = float(steps[:n:2].mean()), float(steps[1:n:2].mean())
-    comb = cv2.mean(own)[0] / 2 / max(cv2.mean(between)[0], 1e-3)
-    return comb, min(even, odd) / max(even, odd, 1e-3)
-
-
-def noise_levels(levels: Bytes) -> float:
-    """Return the standard deviation of the noise.
-
-    Parameters
-    ----------
-    levels
-        Gray levels, shape (H, W), uint8.
-
-    Returns
-    -------
-    float
-        Standard deviation, gray levels: from the median of second differences in both directions, to which edges
-        contribute little.
-
-    References
-    ----------
-    J. Immerkaer, Fast noise variance estimation, 1996; with the median in place of the mean.
-    """
-    second = cv2.convertScaleAbs(cv2.sepFilter2D(levels, cv2.CV_16S, _NOISE_KERNEL, _NOISE_KERNEL))
-    counts = cv2.calcHist([second], [0], None, [256], [0, 256]).ravel().cumsum()
-    half = counts[-1] / 2
-    index = int(np.searchsorted(counts, half))
-    below = float(counts[index - 1]) if index else 0.0
-    # The median of whole numbers, between the edges of its bin.
-    middle = index - 0.5 + (half - below) / max(float(counts[index]) - below, 1.0)
-    return max(0.0, float(middle)) / (_NORMAL_QUARTILE * _NOISE_GAIN)
-
-
-def bands(levels: Bytes, n_strips: int, min_cycles: int) -> tuple[float, float, int]:
-    """Return the strongest periodic band of brightness that is the same over the whole width.
-
-    Parameters
-    ----------
-    levels
-        Gray levels, shape (H, W), uint8.
-    n_strips
-        Number of parts of the width that are compared.
-    min_cycles
-        Least number of bands over the height.
-
-    Returns
-    -------
-    amplitude : float
-        Amplitude as a fraction of the brightness.
-    ratio : float
-        Amplitude over its standard error, from the differences between strips.
-    cycles : int
-        Number of bands over the height.
-    """
-    height = len(levels)
-    parts = np.array_split(levels, n_strips, axis=1)
-    means = [cv2.reduce(part, 1, cv2.REDUCE_AVG, dtype=cv2.CV_32F).ravel() for part in parts]
-    strips = np.log(np.stack(means).astype(np.float64) + 4)
-    curves, window = _trends_and_window(height)
-    strips -= strips @ curves.T @ curves
-    waves = np.fft.rfft(strips * window, axis=1)[:, min_cycles : height // _BLOCK] * (2 / window.sum())
-    common = waves.mean(axis=0)
-    error = np.sqrt((np.abs(waves - common) ** 2).sum(axis=0) / (n_strips * (n_strips - 1))) + 1e-9
-    best = int((np.abs(common) - 2 * error).argmax())
-    return float(np.abs(common[best])), float(np.abs(common[best]) / error[best]), best + min_cycles
-
-
-@lru_cache(maxsize=8)
-def _trends_and_window(height: int) -> tuple[Float, Float]:
-    """Return orthonormal curves (4, H) of the polynomials to the third degree, and a window (H,), for H rows."""
-    curves, _ = np.linalg.qr(np.polynomial.legendre.legvander(np.linspace(-1, 1, height), 3))
-    return np.asarray(curves.T), np.hanning(height)
-
-
-def levels_share(levels: Bytes) -> float:
-    """Return the share of gray levels that occur between the 1st and the 99th percentile.
-
-    Parameters
-    ----------
-    levels
-        Gray levels, shape (H, W), uint8.
-
-    Returns
-    -------
-    float
-        Share of the levels, 0 to 1; small when an image has fewer than 8 bits.
-    """
-    counts = cv2.calcHist([levels[::2]], [0], None, [256], [0, 256]).ravel()
-    low, high = np.searchsorted(counts.cumsum(), np.array([0.01, 0.99]) * counts.sum())
-    return float((counts[low : high + 1] > 0).mean())
-
-
 def _damage(levels: Bytes, blocks: float, noise: float, p: QualityParameters) -> str:
     """Return what is damaged in an image, empty for a sound one."""
     if blocks > 1 + (p.max_blockiness - 1) / 2:
         step, share = raster_step(levels)
         if step > p.min_step_levels and share > p.min_step_share:
             # Rows next to the borders are left out: the step changes the gradients there.
-            others = max(raster_step(levels[offset:])[0] for offset in range(2, _BLOCK - 1))
+            others = max(raster_step(levels[offset:])[0] for offset in range(2, BLOCK_PX - 1))
             if step > p.min_step_ratio * others:
                 return f"JPEG damaged: the gray levels jump by {step:.0f} from one block on"
         return ""
@@ -411,37 +262,3 @@ def _flat_areas(levels: Bytes, step: int, p: QualityParameters) -> Bool:
     low, high = cv2.erode(levels, kernel), cv2.dilate(levels, kernel)
     margin = p.flat_margin_levels
     return np.asarray((low == high) & (low > margin) & (low < int(levels.max()) - margin))
-
-
-def raster_step(levels: Bytes) -> tuple[float, float]:
-    """Return the largest step of the gray levels between rows of blocks, in raster order of the blocks.
-
-    When the decoder loses its place in a JPEG, all blocks after one are brighter or darker: the step is at the upper
-    border of the rest of this row of blocks and of the beginning of the next.
-
-    Parameters
-    ----------
-    levels
-        Gray levels, shape (H, W), uint8; blocks begin at the upper left corner.
-
-    Returns
-    -------
-    step : float
-        Mean step over one row of blocks, gray levels.
-    share : float
-        Step over the mean absolute step there.
-    """
-    rows, columns = (n // _BLOCK for n in levels.shape)
-    blocks = levels[: rows * _BLOCK, : columns * _BLOCK].reshape(rows, _BLOCK, columns * _BLOCK)
-    above, below = blocks[:-1, -2:].astype(np.int16), blocks[1:, :2].astype(np.int16)
-    step = (below[:, 0] - above[:, 1]) - ((above[:, 1] - above[:, 0]) + (below[:, 1] - below[:, 0])) / 2
-    steps = np.median(step.reshape(-1, columns, _BLOCK).clip(-48, 48), axis=2).ravel()
-    mean, size = _moving_mean(steps, columns), _moving_mean(np.abs(steps), columns)
-    best = int(np.abs(mean).argmax())
-    return float(abs(mean[best])), float(abs(mean[best]) / max(size[best], 1e-9))
-
-
-def _moving_mean(values: Float, n: int) -> Float:
-    """Return means (m - n + 1,) of n successive of m values."""
-    total = np.concatenate([[0.0], np.cumsum(values)])
-    return np.asarray((total[n:] - total[:-n]) / n)
