@@ -215,8 +215,8 @@ NO_LIMITS = frozenset(
         "spinewatch/imaging/tone._MAX_DEFECT_SHARE",
         "spinewatch/imaging/tone._MIN_EXCESS_BITS",
         "workers/attempt._MIN_SECONDS_BETWEEN_WRITES",
-        "workers/handlers/stage._MAX_RIGS",
         "workers/stage_labels._MIN_TRIADS",
+        "workers/stage_measurers._MAX_RIGS",
     }
 )
 """Constants that limit nothing that a client or an administrator meets: parameters of the method, and caches."""

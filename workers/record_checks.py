@@ -1,7 +1,11 @@
-"""Checks of a stage against the earlier stages of its surgery: repeated images and implausible times."""
+"""Checks of a stage against the record: repeated images, times, an old calibration, views apart in time, parameters.
+
+Images and times are compared with those of the earlier stages of its surgery.
+"""
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -10,6 +14,7 @@ from datetime import datetime, timedelta
 import numpy as np
 
 from spinewatch.arrays import Pixels
+from spinewatch.camera import Rig
 from spinewatch.errors import ImageError
 from spinewatch.flags import Flag
 from spinewatch.imaging.comparison import (
@@ -21,9 +26,12 @@ from spinewatch.imaging.comparison import (
     textured_strip,
 )
 from spinewatch.imaging.decoding import decode_image
-from spinewatch.imaging.frame import SIDES, Side
+from spinewatch.imaging.frame import SIDES, Frame, Side
+from spinewatch.tracking.synchronization import SynchronizationParameters, delay_flags, parallax_gain
 from store.stage_work import EarlierStage, StageWork
 from workers.registry import FilesWantedError
+from workers.stage_burst import view_delay_s
+from workers.stage_revision import Changed, changes_text
 from workers.strips import unpacked
 
 _IDENTICAL = ImageComparison(exact=True, repeated=True, noise_gray=0.0, displacement_px=0.0)
@@ -176,6 +184,87 @@ def time_flags(work: StageWork, tolerance: timedelta) -> Iterator[Flag]:
             f"the stage was captured {_span(latest - captured)} before stage {name}, which was sent earlier"
             f" ({_iso(captured)}, {_iso(latest)}); check the clock, and that the images belong to this stage",
         )
+
+
+def age_flags(age: timedelta, max_age_days: float) -> Iterator[Flag]:
+    """Yield a flag when the calibration of a stage was old.
+
+    Parameters
+    ----------
+    age
+        Age of the calibration when the stage was taken.
+    max_age_days
+        Largest age, days.
+
+    Yields
+    ------
+    Flag
+        ``calibration-old``.
+    """
+    days = age / timedelta(days=1)
+    if days > max_age_days:
+        detail = (
+            f"the calibration was {days:.1f} days old when the stage was taken, and at most {max_age_days:g} are"
+            " allowed; calibrate before the operation"
+        )
+        yield Flag("calibration-old", detail)
+
+
+def view_delay_flags(work: StageWork, rig: Rig, parameters: SynchronizationParameters) -> tuple[Flag, ...]:
+    """Return the flags of views that were not exposed together.
+
+    Parameters
+    ----------
+    work
+        The stage, with the times of its exposures.
+    rig
+        The calibrated cameras.
+    parameters
+        Limits of the delay.
+
+    Returns
+    -------
+    tuple of Flag
+        The flags; none without times.
+    """
+    delays = [delay for delay in map(view_delay_s, work.pairs) if delay is not None]
+    return delay_flags(delays, parallax_gain(rig), parameters) if delays else ()
+
+
+def change_flags(changed: Changed) -> Iterator[Flag]:
+    """Yield a flag when a stage was measured again with other parameters.
+
+    Parameters
+    ----------
+    changed
+        Values of these parameters and the usual ones.
+
+    Yields
+    ------
+    Flag
+        ``parameters-changed``.
+    """
+    if changed:
+        detail = (
+            f"measured with other parameters than usual: {changes_text(changed)}; look at the take before too"
+        )
+        yield Flag("parameters-changed", detail)
+
+
+def gray_level_digests(frames: tuple[Frame, Frame]) -> dict[Side, str]:
+    """Return digests of the gray levels of both images, for `burst_repetition_flags`.
+
+    Parameters
+    ----------
+    frames
+        The left and the right image.
+
+    Returns
+    -------
+    dict
+        Digests, hexadecimal, by side.
+    """
+    return {frame.side: hashlib.sha256(frame.pixels.tobytes()).hexdigest() for frame in frames}
 
 
 def _is_in_doubt(

@@ -15,6 +15,9 @@ from spinewatch.detection.candidates.templates import TemplateSet, default_templ
 from spinewatch.errors import ParameterError, SpinewatchError
 from spinewatch.parameters import Parameters
 
+Changed = Mapping[str, tuple[Any, Any]]
+"""Values of parameters and the usual ones, by name."""
+
 _PARAMETERS = TypeAdapter(Parameters)
 
 
@@ -110,7 +113,7 @@ def changed_parameters(
     return found
 
 
-def changes_text(changed: Mapping[str, tuple[Any, Any]]) -> str:
+def changes_text(changed: Changed) -> str:
     """Return changed parameters in words.
 
     Parameters

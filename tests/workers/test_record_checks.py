@@ -13,10 +13,22 @@ from PIL import Image
 from spinewatch.arrays import Pixels
 from spinewatch.imaging.comparison import textured_strip
 from spinewatch.imaging.decoding import decode_image
-from spinewatch.imaging.frame import Side
+from spinewatch.imaging.frame import Frame, Side
+from spinewatch.rig_files.rig_json import parse_rig
+from spinewatch.tracking.synchronization import SynchronizationParameters
 from store.stage_work import EarlierStage, StageWork
+from tests.paths import SAMPLES
 from tests.store.builders import sample_pair
-from workers.record_checks import burst_repetition_flags, repetition_flags, require_files, time_flags
+from workers.record_checks import (
+    age_flags,
+    burst_repetition_flags,
+    change_flags,
+    gray_level_digests,
+    repetition_flags,
+    require_files,
+    time_flags,
+    view_delay_flags,
+)
 from workers.registry import FilesWantedError
 from workers.strips import packed
 
@@ -225,3 +237,29 @@ def test_a_frozen_view_within_a_burst_is_flagged_once() -> None:
     assert flag.code == "frame-repeated"
     assert "the right image of pair 2 is that of pair 1 again; the left image of pair 3" in flag.detail
     assert list(burst_repetition_flags([{"left": "a", "right": "b"}, {"left": "b", "right": "a"}])) == []
+
+
+def test_only_a_calibration_beyond_the_largest_age_is_old() -> None:
+    assert list(age_flags(timedelta(days=30), 30.0)) == []
+    (flag,) = age_flags(timedelta(days=31), 30.0)
+    assert flag.code == "calibration-old"
+    assert "31.0 days old" in flag.detail
+
+
+def test_parameters_that_were_changed_are_named() -> None:
+    assert list(change_flags({})) == []
+    (flag,) = change_flags({"centres.n_kept": (99, 150)})
+    assert flag.code == "parameters-changed"
+    assert "centres.n_kept (99 instead of 150)" in flag.detail
+
+
+def test_views_without_times_of_exposure_have_no_delay() -> None:
+    rig = parse_rig((SAMPLES / "D1" / "rig.json").read_bytes())
+    assert view_delay_flags(work(), rig, SynchronizationParameters()) == ()
+
+
+def test_equal_gray_levels_have_equal_digests() -> None:
+    image = np.arange(12, dtype=np.uint8).reshape(3, 4)
+    digests = gray_level_digests((Frame(image, "left"), Frame(image.copy(), "right")))
+    assert digests["left"] == digests["right"]
+    assert gray_level_digests((Frame(image + 1, "left"), Frame(image, "right")))["left"] != digests["left"]
