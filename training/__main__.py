@@ -23,8 +23,8 @@ from spinewatch.detection.refinement.networks import BallNetworks
 from spinewatch.detection.refinement.patches import PatchGrid
 from spinewatch.simulation.images.examples import FAMILIES, ExampleParameters
 from training.draw import draw, joined, without
-from training.fit import Architecture
 from training.fit_all import Fit, fit_all
+from training.model import Architecture
 from training.odds import refit_odds
 
 SMALL_GRID, LARGE_GRID = PatchGrid(25, 5.0), PatchGrid(49, 10.0)

@@ -12,7 +12,9 @@ from rich.progress import Progress
 
 from spinewatch.detection.refinement.networks import BallNetwork
 from spinewatch.simulation.images.examples import Examples
-from training.fit import Architecture, FitErrors, fit
+from training.errors import FitErrors
+from training.fit import fit
+from training.model import Architecture
 
 _POLL_S = 0.5
 

@@ -17,7 +17,7 @@ from rich.table import Table
 from spinewatch.simulation.images.examples import FAMILIES
 from training.__main__ import SMALL, SMALL_EXAMPLES
 from training.draw import draw
-from training.fit import CentreErrors, FitErrors
+from training.errors import CentreErrors, FitErrors
 from training.fit_all import Fit, fit_all
 
 

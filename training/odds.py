@@ -18,12 +18,13 @@ from spinewatch.arrays import Float, Single
 from spinewatch.detection.refinement.network_graph import NetworkGraph
 from spinewatch.detection.refinement.networks import OUTPUTS, BallNetwork
 from spinewatch.simulation.images.examples import Examples
-from training.fit import BATCH, as_tensors, augmented
+from training.augmentation import as_tensors, augmented
+from training.fit import BATCH
 
 RIDGE = 1e-4
 """Weight of the squares of the changes of the weights, for inputs of unit standard deviation."""
 
-HELD_OUT = 0.1
+HELD_OUT_FRACTION = 0.1
 """Fraction of the examples that are not fitted to."""
 
 _LOG_ODDS = OUTPUTS.index("log_odds")
@@ -75,7 +76,7 @@ def refit_odds(
     y = examples.ball.astype(np.float64)
     last = network.layers[-1]
     before = np.append(last.weights[0, 0, :, _LOG_ODDS], last.bias[_LOG_ODDS]).astype(np.float64)
-    fitted = round((1 - HELD_OUT) * len(y))
+    fitted = round((1 - HELD_OUT_FRACTION) * len(y))
     after = _logistic_fit(X[:fitted], y[:fitted], before)
     weights, bias = last.weights.copy(), last.bias.copy()
     weights[0, 0, :, _LOG_ODDS], bias[_LOG_ODDS] = after[:-1], after[-1]
