@@ -71,6 +71,7 @@ def library_setup(
         rebaselines=tuple(
             configuration.Rebaseline(item.vertebra, item.before, item.after) for item in rebaselines
         ),
+        extra_levels=tuple(surgery.extra_levels),
     )
     return setup, flags
 

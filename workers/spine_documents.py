@@ -103,7 +103,7 @@ def spine_document(
         inputs.setup, inputs.rebaselines, inputs.levels, baseline, stages[baseline], inputs.radiographs
     )
     target = planned_vertebrae(inputs.setup)
-    assessment = assess_stage(setup, stages, stage, previous, target, inputs.levels.extra_levels, p)
+    assessment = assess_stage(setup, stages, stage, previous, target, p)
     return StageSpine.of(
         assessment,
         setup.initial.kind,

@@ -86,7 +86,6 @@ def assess_stage(
     stage: str,
     previous: str | None = None,
     target: Sequence[PlannedVertebra] | None = None,
-    extra_levels: Sequence[str] = (),
     parameters: SpineParameters | None = None,
 ) -> StageAssessment:
     """Return everything that is reported of the spine at one stage.
@@ -104,8 +103,6 @@ def assess_stage(
         Name of the stage before; None for the first one.
     target
         Planned poses of vertebrae; None without a plan.
-    extra_levels
-        Vertebrae that this spine has in addition to the usual ones.
     parameters
         All numbers of the method.
 
@@ -141,7 +138,7 @@ def assess_stage(
         target_measures=None
         if target is None
         else target_measures(now, baseline, target, setup.reference, p.measures),
-        flags=_flags(setup, stages, stage, previous, extra_levels, p.plausibility),
+        flags=_flags(setup, stages, stage, previous, p.plausibility),
     )
 
 
@@ -150,7 +147,6 @@ def _flags(
     stages: Stages,
     stage: str,
     previous: str | None,
-    extra_levels: Sequence[str],
     parameters: PlausibilityParameters,
 ) -> tuple[Flag, ...]:
     """Return flags of the motion since the stage before; a marker that was clamped again in between says nothing."""
@@ -166,4 +162,4 @@ def _flags(
     before, after = (
         {name: pose for name, pose in stages[at].items() if name not in clamped} for at in (previous, stage)
     )
-    return plausibility_flags(before, after, setup.reference, extra_levels, parameters)
+    return plausibility_flags(before, after, setup.reference, setup.extra_levels, parameters)

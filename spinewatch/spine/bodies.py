@@ -44,7 +44,7 @@ class Bodies:
     ----------
     levels
         Names of the n vertebrae from cranial to caudal: all between the ends of the initial configuration, and those
-        with a marker beyond.
+        with a marker beyond at any of the stages.
     initial
         Initial poses; NaN where it has none.
     initial_errors
@@ -93,6 +93,7 @@ def measured_bodies(setup: SpineSetup, stages: Stages, stage: str) -> Bodies:
         What is known of the surgery.
     stages
         Labelled poses by stage, in the order of the surgery: the baseline, this stage, and the stages of rebaselines.
+        Stages that are to be compared need the same ones: a triad at any of them makes its vertebra one of the spine.
     stage
         Name of the stage.
 
@@ -210,9 +211,12 @@ def _checked_order(setup: SpineSetup, stages: Stages, stage: str) -> tuple[str, 
 
 
 def _levels(setup: SpineSetup, stages: Stages) -> tuple[str, ...]:
-    """Return the vertebrae between the ends of the initial configuration, and those with a marker beyond, downwards."""
-    named = {*setup.initial.levels, *stages[setup.baseline]}
-    sequence = sequence_with(named)
+    """Return the vertebrae between the ends of the initial configuration, and those with a marker beyond, downwards.
+
+    Those of all stages, so that every stage has the same.
+    """
+    named = {*setup.initial.levels, *(name for poses in stages.values() for name in poses)}
+    sequence = sequence_with({*named, *setup.extra_levels})
     numbers = [sequence.index(name) for name in setup.initial.levels]
     return tuple(
         name for i, name in enumerate(sequence) if min(numbers) <= i <= max(numbers) or name in named
@@ -269,7 +273,7 @@ def _obstacle(
 ) -> str | None:
     """Return why a vertebra is not measured at a stage, or None."""
     if name not in stages[setup.baseline]:
-        if name in stages[stage]:
+        if any(name in poses for poses in stages.values()):
             return f"its triad was not measured at the baseline {setup.baseline}"
         return "it carries no triad"
     if name not in setup.initial.levels:

@@ -182,6 +182,8 @@ class SpineSetup:
         The initial configuration.
     rebaselines
         Markers that were clamped again, in the order of the stages.
+    extra_levels
+        Vertebrae that this spine has in addition to the usual ones: T13, L6, or S2 to S5.
     """
 
     patient_axes: Float
@@ -189,3 +191,4 @@ class SpineSetup:
     baseline: str
     initial: InitialSpine
     rebaselines: Sequence[Rebaseline] = field(default_factory=tuple)
+    extra_levels: Sequence[str] = ()

@@ -27,7 +27,7 @@ def spine_at_stage(
         What is known of the surgery.
     stages
         Labelled poses of triads by stage, in the order of the surgery: the baseline, this stage, and the stages of the
-        rebaselines; each in object space of its stage.
+        rebaselines; each in object space of its stage. Stages that are to be compared need the same ones.
     stage
         Name of the stage.
     parameters

@@ -46,6 +46,12 @@ def test_angles_are_in_patient_axes_whatever_the_frame_of_the_positions() -> Non
         np.testing.assert_allclose(apart, [60, 0, 0], atol=1e-9)
 
 
+def test_extra_levels_are_those_of_the_surgery() -> None:
+    levels = SurgeryLevels("L1", ["T13"])
+    setup, _ = library_setup(spine_setup(initial=poses("object")), (), levels, "PRE", TRIADS, {})
+    assert setup.extra_levels == ("T13",)
+
+
 def test_deviations_of_poses_in_object_space() -> None:
     setup, _ = library_setup(spine_setup(initial=poses("object")), (), LEVELS, "PRE", TRIADS, {})
     variance = (setup.initial.errors**2).sum(axis=2)

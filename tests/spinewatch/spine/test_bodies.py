@@ -230,6 +230,46 @@ def test_a_marker_beyond_the_initial_configuration_has_no_body() -> None:
     assert list(bodies.marked) == [False, False, True, True, True, True, True, True]
 
 
+def test_a_triad_that_first_appears_after_the_baseline_is_a_vertebra_of_every_stage() -> None:
+    case = surgery(6, stages=("PRE", "A", "B"))
+    few = replace(
+        case.setup.initial,
+        levels=LEVELS[2:],
+        position_mm=case.setup.initial.position_mm[2:],
+        rotation=case.setup.initial.rotation[2:],
+        errors=case.setup.initial.errors[2:],
+    )
+    stages = {
+        name: {who: pose for who, pose in poses.items() if name == "A" or who not in LEVELS[:2]}
+        for name, poses in case.stages.items()
+    }
+    for stage in stages:
+        bodies = measured_bodies(replace(case.setup, initial=few), stages, stage)
+        assert bodies.levels == LEVELS
+        assert bodies.reasons[:2] == ("its triad was not measured at the baseline PRE",) * 2
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.lists(st.sets(st.sampled_from(["T6", *LEVELS, "T13", "L4"])), min_size=2, max_size=4))
+def test_no_triad_of_any_stage_is_dropped_without_a_reason(seen: list[set[str]]) -> None:
+    pose = poses_of(np.zeros(3), np.eye(3))
+    stages = {str(i): dict.fromkeys(sorted(names | {"L1"}), pose) for i, names in enumerate(seen)}
+    setup = replace(two_vertebrae(), baseline="0")
+    found = [measured_bodies(setup, stages, stage) for stage in stages]
+    assert len({bodies.levels for bodies in found}) == 1
+    for bodies in found:
+        assert set.union(*map(set, stages.values())) <= set(bodies.levels)
+        assert all(marked or reason for marked, reason in zip(bodies.marked, bodies.reasons, strict=True))
+
+
+def test_a_declared_level_needs_no_triad() -> None:
+    setup = replace(two_vertebrae(), extra_levels=("T13",))
+    pose = poses_of(np.zeros(3), np.eye(3))
+    bodies = measured_bodies(setup, {"PRE": {"L1": pose}}, "PRE")
+    assert bodies.levels == ("T12", "T13", "L1")
+    assert bodies.reasons[1] == "it carries no triad"
+
+
 def test_extra_levels_have_their_place() -> None:
     case = surgery(6)
     names = (*LEVELS[:5], "T13", "L1", "L2")
