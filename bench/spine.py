@@ -20,6 +20,7 @@ from bench import (
     spine_cobb,
     spine_coverage,
     spine_invariance,
+    spine_planes,
     spine_plausibility,
     spine_sample,
     spine_thesis,
@@ -44,6 +45,8 @@ class Sizes:
         Spines of each kind for the Cobb angles without noise.
     surgeries
         Surgeries with the rig's noise.
+    planes
+        Small curves of each size, plane and ratio of the errors.
     bursts
         Surgeries with bursts for the deviation by the number of pairs.
     breathing
@@ -60,6 +63,7 @@ class Sizes:
     trials: int = 500
     spines: int = 150
     surgeries: int = 1000
+    planes: int = 3000
     bursts: int = 60
     breathing: int = 120
     manoeuvres: int = 30
@@ -83,7 +87,9 @@ def _cobb(sizes: Sizes) -> Part:
 
 
 def _coverage(sizes: Sizes) -> Part:
-    return spine_coverage.grids_and_bars(spine_coverage.coverage(sizes.surgeries))
+    grids, checks = spine_coverage.grids_and_bars(spine_coverage.coverage(sizes.surgeries))
+    of_planes, plane_checks = spine_planes.grids_and_bars(spine_planes.planes(sizes.planes))
+    return [*grids, *of_planes], (*checks, *plane_checks)
 
 
 def _attribution(sizes: Sizes) -> Part:

@@ -12,7 +12,14 @@ from spinewatch.spine.changes import LevelsDifferError
 from spinewatch.spine.configuration import SpineConfiguration, SpinePoses
 from spinewatch.spine.curve_attribution import cobb_shares
 from spinewatch.spine.curves import find_curves
-from spinewatch.spine.evaluation import MeasureRequest, bracketed_levels, evaluate, missing_reason, no_marker
+from spinewatch.spine.evaluation import (
+    Evaluation,
+    MeasureRequest,
+    bracketed_levels,
+    evaluate,
+    missing_reason,
+    no_marker,
+)
 from spinewatch.spine.measure_parameters import MeasureParameters
 from spinewatch.spine.measures import plane_reason
 from spinewatch.spine.results import Attribution, Curve, MeasureStatus, Share
@@ -105,12 +112,23 @@ def _curve(
     of_total = (ends, status, assumed)
     plane = MeasureRequest("plane-of-maximum-curvature", curve.name, ends)
     for name, stage, f in zip(("earlier", "later"), stages, factors, strict=True):
-        reason = plane_reason(plane, evaluate(plane, stage, f, frozenset()), parameters)
+        found = evaluate(plane, stage, f, bracketed_levels(stage))
+        reason = plane_reason(plane, found, parameters) or _linear_reason(found, parameters)
         if reason is not None:
             reason = f"at the {name} stage {reason}"
             return Attribution(curve.name, "cobb-fixed", total, _UNKNOWN, _UNKNOWN, _NAN, reason, *of_total)
     tilt = float(values[0][3])
     return Attribution(curve.name, "cobb-fixed", total, rotation, distraction, tilt, open_ends, *of_total)
+
+
+def _linear_reason(plane: Evaluation, parameters: MeasureParameters) -> str | None:
+    """Return why the errors of a plane are too large for shares of first order, or None."""
+    if plane.sd <= parameters.max_azimuth_sd_deg:
+        return None
+    return (
+        f"the plane of maximum curvature is known to {min(plane.sd, 180.0):.0f} degrees only;"
+        f" {parameters.max_azimuth_sd_deg:g} are needed"
+    )
 
 
 def _apex(curve: Curve, by_name: dict[str, Attribution], reference: str, *, assumed: bool) -> Attribution:

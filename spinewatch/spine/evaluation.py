@@ -10,10 +10,14 @@ from spinewatch.arrays import Float, Int
 from spinewatch.spine.configuration import Origin, SpineConfiguration
 from spinewatch.spine.curves import measured_span
 from spinewatch.spine.definitions import DEFINITIONS
-from spinewatch.spine.measure_functions import FORMULAS, wrapped
+from spinewatch.spine.measure_functions import FORMULAS, horizontal_difference, wrapped
 from spinewatch.spine.measure_parameters import MeasureParameters
+from spinewatch.spine.plane_vector import PlaneVector
 from spinewatch.spine.results import Curve, MeasureStatus
 from spinewatch.spine.uncertainty import angle_gradient, errors_of, gradient
+
+_NO_AXIS = 1e-9
+"""Length of the cross product of two parallel unit vectors, with what rounding leaves of it."""
 
 
 @dataclass(frozen=True)
@@ -45,22 +49,24 @@ class Evaluation:
         The value, then those of the other interpolations, shape (1 + alternatives,); NaN when not measured.
     errors
         Error of the value per unit error of each source, shape (r,).
-    sd_across
-        For the 3-D angle the deviation of one z against the other across the plane of both, degrees; 0 for others.
     status
         How far it is determined.
     reason
         Why it is bracketed or not measured; None for a measured one.
     own_sd
         Standard deviation of what no source explains and no other stage shares: of the selection of vertebrae.
+    vector
+        For the 3-D angle the rotation vector of one z against the other in the plane across both, degrees, whose length
+        is the angle; for the plane of maximum curvature the horizontal part of the difference of both z, whose
+        direction is the plane; None for others and when not measured.
     """
 
     values: Float
     errors: Float
-    sd_across: float
     status: MeasureStatus
     reason: str | None
     own_sd: float = 0.0
+    vector: PlaneVector | None = None
 
     @property
     def value(self) -> float:
@@ -182,28 +188,34 @@ def evaluate(
     reason = missing_reason(configuration, names, positions=formula.positions, rotations=formula.rotations)
     if reason is not None:
         none = np.full(1, np.nan)
-        return Evaluation(none, np.full(factor.shape[2], np.nan), 0.0, MeasureStatus.NOT_MEASURED, reason)
+        return Evaluation(none, np.full(factor.shape[2], np.nan), MeasureStatus.NOT_MEASURED, reason)
     levels = np.array([configuration.index(name) for name in names])
     c, R = configuration.poses.position_mm[levels], configuration.poses.rotation[levels]
     angular = DEFINITIONS[request.definition].unit == "deg"
-    sd_across = 0.0
-    if request.definition == "angle-3d":
-        errors, sd_across = _angle_3d_errors(R, factor, levels)
-    else:
-        by_pose = (angle_gradient if angular else gradient)(formula.function, c, R)
-        errors = errors_of(by_pose, factor[levels])
     open_levels = [name for name in names if name in bracketed]
-    values = np.atleast_1d(formula.function(c, R))
+    values, turned = np.atleast_1d(formula.function(c, R)), R[None]
+    status, reason = MeasureStatus.MEASURED, None
     if open_levels:
+        status, reason = MeasureStatus.BRACKETED, no_marker(open_levels)
         others = np.array(
             [formula.function(p.position_mm[levels], p.rotation[levels]) for p in configuration.alternatives]
         )
-        others = others[~np.isnan(others)]
+        known = ~np.isnan(others)
+        turned = np.stack(
+            [R, *(p.rotation[levels] for p, k in zip(configuration.alternatives, known, strict=True) if k)]
+        )
+        others = others[known]
         values = np.concatenate(
             [values, values[0] + (wrapped(others - values[0]) if angular else others - values[0])]
         )
-        return Evaluation(values, errors, sd_across, MeasureStatus.BRACKETED, no_marker(open_levels))
-    return Evaluation(values, errors, sd_across, MeasureStatus.MEASURED, None)
+    if request.definition == "angle-3d":
+        errors, vector = _angle_3d_errors(turned, values, factor, levels)
+        return Evaluation(values, errors, status, reason, vector=vector)
+    by_pose = (angle_gradient if angular else gradient)(formula.function, c, R)
+    errors = errors_of(by_pose, factor[levels])
+    if request.definition == "plane-of-maximum-curvature":
+        return Evaluation(values, errors, status, reason, vector=_difference(c, turned, factor[levels]))
+    return Evaluation(values, errors, status, reason)
 
 
 def no_marker(levels: list[str]) -> str:
@@ -257,21 +269,35 @@ def missing_reason(
     return None
 
 
-def _angle_3d_errors(R: Float, factor: Float, levels: Int) -> tuple[Float, float]:
-    """Return the errors of the 3-D angle by source and the deviation across.
+def _angle_3d_errors(R: Float, values: Float, factor: Float, levels: Int) -> tuple[Float, PlaneVector]:
+    """Return the errors of the 3-D angle by source, and the vector whose length it is.
 
     The angle changes by the relative rotation of the two z about the axis on which one is turned into the other; where
-    there is no such axis, about that of the largest error.
+    there is no such axis, about that of the largest error. ``R`` are the rotations by each interpolation, ``values``
+    the angles.
     """
-    upper, lower = R[0, :, 2], R[1, :, 2]
+    upper, lower = R[:, 0, :, 2], R[:, 1, :, 2]
     relative = factor[levels[0], 3:] - factor[levels[1], 3:]
-    middle = (upper + lower) / max(float(np.linalg.norm(upper + lower)), 1e-12)
-    axis = np.cross(lower, upper)
-    if np.linalg.norm(axis) < 1e-9:
+    middle = (upper[0] + lower[0]) / max(float(np.linalg.norm(upper[0] + lower[0])), 1e-12)
+    axes = np.cross(lower, upper)
+    axis = axes[0]
+    if np.linalg.norm(axis) < _NO_AXIS:
         level = np.eye(3) - np.outer(middle, middle)
         axis = np.linalg.eigh(level @ relative @ relative.T @ level)[1][:, -1]
         axis = level @ axis
-        if np.linalg.norm(axis) < 1e-9:
-            return np.zeros(factor.shape[2]), 0.0
-    axis = axis / np.linalg.norm(axis)
-    return axis @ relative, float(np.linalg.norm(np.cross(middle, axis) @ relative))
+        if np.linalg.norm(axis) < _NO_AXIS:
+            axis = np.zeros(3)
+    axis = axis / max(float(np.linalg.norm(axis)), _NO_AXIS)
+    plane = np.stack([axis, np.cross(middle, axis)])
+    vectors = axes @ plane.T
+    vectors[0] = [1.0, 0.0]
+    vectors *= (values / np.maximum(np.linalg.norm(vectors, axis=1), _NO_AXIS))[:, None]
+    errors = plane @ relative
+    return errors[0], PlaneVector(vectors, errors @ errors.T)
+
+
+def _difference(c: Float, R: Float, factor: Float) -> PlaneVector:
+    """Return the horizontal part of the difference of both z by each interpolation, whose rotations are ``R``."""
+    by_pose = gradient(lambda _, S: horizontal_difference(S[..., 0, :, :], S[..., 1, :, :]), c, R[0])
+    errors = errors_of(by_pose, factor)
+    return PlaneVector(horizontal_difference(R[:, 0], R[:, 1]), errors @ errors.T)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from spinewatch.spine.configuration import SpineConfiguration
@@ -130,7 +132,11 @@ def _differences(before: Evaluation, after: Evaluation, *, angular: bool) -> np.
 def _margins(request: MeasureRequest, before: Evaluation, after: Evaluation) -> tuple[float, float]:
     """Return how far the interval of a change reaches below and above it, from the intervals of both stages."""
     single = [
-        Evaluation(found.values[:1], found.errors, found.sd_across, found.status, None)
+        replace(
+            found,
+            values=found.values[:1],
+            vector=found.vector and replace(found.vector, values=found.vector.values[:1]),
+        )
         for found in (before, after)
     ]
     (b_low, b_up), (a_low, a_up) = (interval_of(request, found) for found in single)

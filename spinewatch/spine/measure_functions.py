@@ -149,6 +149,22 @@ def angle_3d(upper: Float, lower: Float) -> Float:
     return np.asarray(np.degrees(np.arctan2(sine, np.sum(a * b, axis=-1))))
 
 
+def horizontal_difference(upper: Float, lower: Float) -> Float:
+    """Return the horizontal part of ``z_upper - z_lower``, whose direction is the plane of maximum curvature.
+
+    Parameters
+    ----------
+    upper, lower
+        Rotations of the two end vertebrae to patient axes, shape (..., 3, 3).
+
+    Returns
+    -------
+    Float
+        Shape (..., 2): anterior and left; 0.02 are some degree.
+    """
+    return np.asarray(upper[..., :2, 2] - lower[..., :2, 2])
+
+
 def plane_of_maximum_curvature(upper: Float, lower: Float) -> Float:
     """Return the azimuth of the plane of maximum curvature, that of the horizontal part of ``z_upper - z_lower``.
 
@@ -162,7 +178,7 @@ def plane_of_maximum_curvature(upper: Float, lower: Float) -> Float:
     Float
         Shape (...), degrees: 0 for a kyphosis, 90 for a curve convex to the right, -90 to the left, 180 for a lordosis.
     """
-    d = upper[..., :2, 2] - lower[..., :2, 2]
+    d = horizontal_difference(upper, lower)
     return np.asarray(np.degrees(np.arctan2(d[..., 1], d[..., 0])))
 
 

@@ -30,7 +30,8 @@ class MeasureParameters:
     kyphosis, lordosis
         Pairs of vertebrae, cranial first. The first pair is always reported, the others where the spine has them.
     max_azimuth_sd_deg
-        Largest standard deviation of the plane of maximum curvature with which the plane is reported, degrees.
+        Largest standard deviation of the plane of maximum curvature with which the plane is reported, degrees: that of
+        a vector as many of its standard deviations long, if its errors were alike in all directions.
     """
 
     min_cobb_deg: float = 10.0

@@ -18,6 +18,7 @@ from spinewatch.spine.evaluation import (
     spine_requests,
 )
 from spinewatch.spine.measure_parameters import MeasureParameters
+from spinewatch.spine.plane_vector import deviations_from_zero, direction_interval, length_interval
 from spinewatch.spine.reselection import (
     ReselectionWindow,
     candidates_without_pose,
@@ -25,7 +26,7 @@ from spinewatch.spine.reselection import (
     reselection_windows,
 )
 from spinewatch.spine.results import Curve, MeasuredSpine, MeasureStatus, MeasureValue
-from spinewatch.spine.uncertainty import common_factors, direction_interval, length_interval, normal_interval
+from spinewatch.spine.uncertainty import common_factors, normal_interval
 
 
 def measure_spine(
@@ -134,11 +135,11 @@ def interval_of(request: MeasureRequest, found: Evaluation) -> tuple[float, floa
     tuple of float
         Lower and upper end, widened to the values of other interpolations.
     """
+    if found.vector is None:
+        return normal_interval(found.values, found.sd)
     if request.definition == "angle-3d":
-        return length_interval(found.values, found.sd, found.sd_across)
-    if request.definition == "plane-of-maximum-curvature":
-        return direction_interval(found.values, found.sd)
-    return normal_interval(found.values, found.sd)
+        return length_interval(found.vector)
+    return direction_interval(found.values, found.vector)
 
 
 def plane_reason(request: MeasureRequest, found: Evaluation, parameters: MeasureParameters) -> str | None:
@@ -151,18 +152,28 @@ def plane_reason(request: MeasureRequest, found: Evaluation, parameters: Measure
     found
         Its value at a stage.
     parameters
-        Largest standard deviation.
+        Largest standard deviation of the plane.
 
     Returns
     -------
     str or None
         A clause with the numbers.
+
+    References
+    ----------
+    The vector whose direction is the plane must be so many of its standard deviations long, by its full covariance,
+    that with errors alike in all directions its direction would have the largest deviation. The deviation across the
+    measured vector alone is no measure: where errors differ by direction, they swing the vector to the axis of the
+    larger ones, across which the smaller ones are left.
     """
-    if request.definition != "plane-of-maximum-curvature" or found.sd <= parameters.max_azimuth_sd_deg:
+    if request.definition != "plane-of-maximum-curvature" or found.vector is None:
+        return None
+    sd_deg = float(np.degrees(1.0 / max(deviations_from_zero(found.vector), 1e-9)))
+    if sd_deg <= parameters.max_azimuth_sd_deg:
         return None
     return (
         f"{request.levels[0]} and {request.levels[-1]} are so nearly parallel that their plane is known to"
-        f" {min(found.sd, 180.0):.0f} degrees only; {parameters.max_azimuth_sd_deg:g} are needed"
+        f" {min(sd_deg, 180.0):.0f} degrees only; {parameters.max_azimuth_sd_deg:g} are needed"
     )
 
 

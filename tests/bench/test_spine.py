@@ -14,6 +14,7 @@ from bench import (
     spine_cobb,
     spine_coverage,
     spine_invariance,
+    spine_planes,
     spine_sample,
     spine_thesis,
 )
@@ -21,6 +22,7 @@ from bench.spine_bursts import Bias, Fall
 from bench.spine_cobb import CobbErrors, nearest_curve
 from bench.spine_coverage import Coverage
 from bench.spine_invariance import Changes
+from bench.spine_planes import PlaneTally
 from bench.spine_sample import Motion
 from bench.spine_surgeries import (
     BASELINE,
@@ -230,6 +232,27 @@ def test_coverage_counts_per_measure() -> None:
     assert "change of Cobb has a smaller deviation than Cobb itself" in missed(
         spine_coverage.grids_and_bars(found)[1]
     )
+
+
+# Planes of small curves
+
+
+def test_planes_of_few_small_curves() -> None:
+    found = spine_planes.planes(4)
+    assert len(found) == len(spine_planes.RATIOS) * len(spine_planes.PLANES) * len(spine_planes.SIZES)
+    assert all(tally.reported_pct == 100 for tally in found if tally.size == 8 and tally.ratio == 1)
+    grids, checks = spine_planes.grids_and_bars(found)
+    assert len(grids[0].rows) == len(found)
+    assert len(checks) == 3
+
+
+def test_bars_of_planes_can_be_missed() -> None:
+    good = PlaneTally(3.0, "coronal", 8.0, [True] * 95 + [False] * 5, [True] * 95 + [False] * 5)
+    straight = PlaneTally(3.0, "coronal", 0.0, [None] * 98 + [False] * 2, [True] * 95 + [False] * 5)
+    assert (straight.reported_pct, straight.inside_pct, straight.wrong_pct) == (2.0, 0.0, 2.0)
+    assert not missed(spine_planes.grids_and_bars([good, straight])[1])
+    bad = PlaneTally(3.0, "coronal", 8.0, [True] * 9 + [False], [True] * 8 + [False] * 2)
+    assert len(missed(spine_planes.grids_and_bars([bad])[1])) == 3
 
 
 # Attribution

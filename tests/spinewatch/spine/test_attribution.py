@@ -151,6 +151,17 @@ def test_an_undetermined_plane_leaves_the_total() -> None:
     assert (cobb.reason or "").startswith("at the later stage L1 and L5 are so nearly parallel")
 
 
+def test_a_plane_that_is_too_uncertain_for_first_order_leaves_the_total() -> None:
+    # Coronal tilts are known exactly, so that there is a plane, but not where.
+    factor = errors(5) @ np.diag(np.tile([1.0, 1, 1, 0, 20, 1], 5))
+    after = replace(BENT, errors={"triads POST": factor})
+    planes = [m for m in measure_changes(BENT, after, BENT) if m.definition == "plane-of-maximum-curvature"]
+    assert [m.reason for m in planes] == [None]
+    cobb = of(attribute(BENT, after, BENT, "L5"), "curve 1", "cobb-fixed")
+    assert np.isnan([cobb.rotation.value, cobb.distraction.value]).all()
+    assert (cobb.reason or "").startswith("at the later stage the plane of maximum curvature is known to")
+
+
 def test_missing_vertebrae_have_reasons() -> None:
     position, rotation = BENT.poses.position_mm.copy(), BENT.poses.rotation.copy()
     position[0], rotation[0] = np.nan, np.nan

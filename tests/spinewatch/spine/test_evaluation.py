@@ -2,6 +2,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from spinewatch.spine.configuration import Origin, SpineConfiguration, SpinePoses
 from spinewatch.spine.curves import find_curves
@@ -15,6 +17,7 @@ from spinewatch.spine.evaluation import (
     no_marker,
     spine_requests,
 )
+from spinewatch.spine.measure_functions import wrapped
 from spinewatch.spine.measure_parameters import MeasureParameters
 from spinewatch.spine.results import MeasureStatus
 from spinewatch.spine.uncertainty import common_factors
@@ -49,11 +52,50 @@ def test_the_variance_of_a_length() -> None:
 def test_the_3d_angle_has_a_deviation_without_a_curve() -> None:
     at = replace(tilted([0.0, 0.0, 0.0]), errors={"triads A": errors(3)})
     angle = found(MeasureRequest("angle-3d", "curve 1", ("L3", "L5")), at)
-    assert (angle.value, angle.sd, angle.sd_across) == pytest.approx((0.0, np.sqrt(2.0), np.sqrt(2.0)))
+    assert (angle.value, angle.sd) == pytest.approx((0.0, np.sqrt(2.0)))
+    assert angle.vector is not None
+    assert angle.vector.covariance == pytest.approx(2 * np.eye(2))
     without_errors = found(MeasureRequest("angle-3d", "curve 1", ("L3", "L5")), tilted([0.0, 0.0, 0.0]))
-    assert (without_errors.sd, without_errors.sd_across) == (0.0, 0.0)
+    assert without_errors.sd == 0.0
+    assert without_errors.vector is not None
+    assert not without_errors.vector.covariance.any()
     bent = found(MeasureRequest("angle-3d", "curve 1", ("L1", "L5")), spine(1.5))
     assert (bent.value, bent.sd) == pytest.approx((40.0, 1.5 * np.sqrt(2.0)))
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.integers(0, 2**32 - 1))
+def test_vectors_agree_with_the_values_and_their_errors(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    poses = [tilted(*rng.uniform(-30, 30, (3, 5))).poses for _ in range(2)]
+    at = replace(
+        spine(),
+        poses=poses[0],
+        alternatives=(poses[1],),
+        origins=(Origin.INTERPOLATED,) * 5,
+        errors={"triads A": rng.normal(size=(5, 6, 9))},
+    )
+    ends = ("L1", "L5")
+    angle, plane = (
+        found(MeasureRequest(name, "curve 1", ends), at)
+        for name in ("angle-3d", "plane-of-maximum-curvature")
+    )
+    assert angle.vector is not None
+    assert plane.vector is not None
+    assert np.linalg.norm(angle.vector.values, axis=1) == pytest.approx(angle.values)
+    directions = np.degrees(np.arctan2(plane.vector.values[:, 1], plane.vector.values[:, 0]))
+    assert wrapped(directions - plane.values) == pytest.approx(np.zeros(2), abs=1e-9)
+    for measure, across in ((angle, False), (plane, True)):
+        assert measure.vector is not None
+        d = measure.vector.values[0]
+        unit = np.array([-d[1], d[0]]) if across else d
+        sd = np.sqrt(unit @ measure.vector.covariance @ unit) / np.linalg.norm(d)
+        assert measure.sd == pytest.approx(np.degrees(sd / np.linalg.norm(d)) if across else sd, rel=1e-4)
+
+
+def test_only_two_measures_have_a_vector() -> None:
+    assert found(COBB, spine()).vector is None
+    assert found(MeasureRequest("angle-3d", None, ("L1", "S1")), spine()).vector is None
 
 
 def test_an_interpolated_vertebra_brackets_with_the_other_interpolations() -> None:

@@ -13,6 +13,7 @@ from spinewatch.spine.measure_functions import (
     cobb_angle,
     coronal_balance,
     ferguson_angle,
+    horizontal_difference,
     kyphosis,
     lateral_displacement,
     lordosis,
@@ -106,6 +107,12 @@ def test_projected_axial_rotation() -> None:
     assert of("apical-rotation-projected", about_x(60.0) @ about_z(45.0)) == pytest.approx(
         degrees(np.arctan(0.5))
     )
+
+
+def test_the_plane_is_the_direction_of_the_horizontal_difference() -> None:
+    d = horizontal_difference(about_y(30.0), about_y(-30.0))
+    assert d == pytest.approx([1.0, 0.0])
+    assert of("plane-of-maximum-curvature", about_y(30.0), about_y(-30.0)) == pytest.approx(0.0)
 
 
 def test_angle_3d() -> None:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from spinewatch.spine.configuration import Origin, SpineConfiguration, SpinePoses
 from spinewatch.spine.curves import find_curves
-from spinewatch.spine.evaluation import Evaluation, MeasureRequest
+from spinewatch.spine.evaluation import Evaluation, MeasureRequest, evaluate
 from spinewatch.spine.measure_parameters import MeasureParameters
 from spinewatch.spine.measures import (
     evaluate_reselected,
@@ -17,6 +17,7 @@ from spinewatch.spine.measures import (
     plane_reason,
     stage_value,
 )
+from spinewatch.spine.plane_vector import PlaneVector
 from spinewatch.spine.reselection import reselection_windows
 from spinewatch.spine.results import MeasureStatus, MeasureValue
 from spinewatch.spine.uncertainty import QUANTILE_95, common_factors
@@ -191,15 +192,18 @@ def test_95_percent_intervals_cover_the_truth() -> None:
 
 
 def evaluation(value: float, sd: float, status: MeasureStatus = MeasureStatus.MEASURED) -> Evaluation:
-    return Evaluation(np.array([value]), np.array([sd]), sd, status, None)
+    d = np.array([[np.cos(np.radians(value)), np.sin(np.radians(value))]])
+    S = np.radians(sd) ** 2 * np.eye(2)
+    return Evaluation(np.array([value]), np.array([sd]), status, None, vector=PlaneVector(d, S))
 
 
 def test_the_interval_belongs_to_the_measure() -> None:
-    found = evaluation(1.0, 1.0)
+    found = Evaluation(np.ones(1), np.ones(1), MeasureStatus.MEASURED, None)
     assert interval_of(MeasureRequest("cobb-fixed", None, ()), found) == pytest.approx(
         (1 - QUANTILE_95, 1 + QUANTILE_95)
     )
-    assert interval_of(MeasureRequest("angle-3d", None, ()), found)[0] == 0.0
+    angle = replace(found, vector=PlaneVector(np.array([[1.0, 0.0]]), np.eye(2)))
+    assert interval_of(MeasureRequest("angle-3d", None, ()), angle) == pytest.approx((0.0, 1 + QUANTILE_95))
     plane = interval_of(MeasureRequest("plane-of-maximum-curvature", None, ()), evaluation(90.0, 15.0))
     assert plane == pytest.approx((90 - 30.88, 90 + 30.88), abs=0.01)
 
@@ -215,6 +219,28 @@ def test_a_plane_needs_a_small_deviation() -> None:
     value = stage_value(request, evaluation(90.0, 25.0), assumed=True, parameters=PARAMETERS)
     assert (value.reason, value.assumed, value.status) == (reason, True, MeasureStatus.NOT_MEASURED)
     assert plane_reason(MeasureRequest("kyphosis", None, ()), evaluation(90.0, 25.0), PARAMETERS) is None
+
+
+def test_a_plane_that_noise_has_swung_to_the_axis_of_the_larger_errors_is_not_determined() -> None:
+    # The errors of the sagittal tilts are three times those of the coronal ones, and so is the measured curve.
+    request = MeasureRequest("plane-of-maximum-curvature", "curve 1", ("L1", "L3"))
+    factor = errors(3, 0.3, 1.0) @ np.diag(np.tile([1.0, 1, 1, 1, 3, 1], 3))
+    for coronal, sagittal, measured in ((0.5, 8.0, False), (8.0, 0.5, True)):
+        spine = replace(
+            tilted(
+                [-coronal / 2, 0.0, coronal / 2],
+                [sagittal / 2, 0.0, -sagittal / 2],
+                levels=("L1", "L2", "L3"),
+            ),
+            errors={"triads A": factor},
+        )
+        found = evaluate(request, spine, common_factors((spine,))[0], frozenset())
+        assert (plane_reason(request, found, PARAMETERS) is None) == measured
+        assert (found.sd <= 20) != measured
+    # The interval is as wide as the larger errors make it.
+    lower, upper = interval_of(request, found)
+    assert lower < 60
+    assert upper > 120
 
 
 def test_what_is_not_measured_has_no_number() -> None:

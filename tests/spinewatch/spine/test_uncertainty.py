@@ -9,10 +9,8 @@ from spinewatch.spine.uncertainty import (
     QUANTILE_95,
     angle_gradient,
     common_factors,
-    direction_interval,
     errors_of,
     gradient,
-    length_interval,
     normal_interval,
 )
 from tests.spinewatch.spine.spines import errors, tilted
@@ -65,23 +63,3 @@ def test_an_angle_at_180_degrees_has_a_finite_gradient() -> None:
 def test_a_normal_interval_contains_the_alternatives() -> None:
     assert normal_interval(3.0, 0.5) == pytest.approx((3 - 0.5 * QUANTILE_95, 3 + 0.5 * QUANTILE_95))
     assert normal_interval(np.array([3.0, 7.0, 1.0]), 0.0) == (1.0, 7.0)
-
-
-@pytest.mark.parametrize("length", [0.0, 0.5, 1.0, 2.0, 4.0, 20.0])
-def test_the_interval_of_a_length_covers_it(length: float) -> None:
-    noise = np.random.default_rng(0).standard_normal((2, 4000))
-    measured = np.hypot(length + noise[0], noise[1])
-    intervals = np.array([length_interval(value, 1.0, 1.0) for value in measured])
-    covered = np.mean((intervals[:, 0] <= length) & (length <= intervals[:, 1]))
-    assert (intervals >= 0).all()
-    assert 0.935 <= covered <= 0.99
-
-
-@pytest.mark.parametrize("length", [4.0, 10.0])
-def test_the_interval_of_a_direction_covers_it(length: float) -> None:
-    noise = np.random.default_rng(0).standard_normal((2, 4000))
-    vectors = np.stack([length + noise[0], noise[1]])
-    directions = np.degrees(np.arctan2(vectors[1], vectors[0]))
-    sds = np.degrees(1 / np.linalg.norm(vectors, axis=0))
-    intervals = np.array([direction_interval(d, s) for d, s in zip(directions, sds, strict=True)])
-    assert 0.94 <= np.mean((intervals[:, 0] <= 0) & (intervals[:, 1] >= 0)) <= 0.96
