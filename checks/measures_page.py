@@ -74,7 +74,7 @@ errors, they are corrected (Goodman 1960). The interval is the value plus and mi
   by direction.
 
 Sagittal and coronal tilts have different errors, so both take the full covariance. The plane is not measured unless
-sqrt(d^T S^-1 d) is at least {least_deviations:.2f}: as many deviations as a direction with a deviation of
+sqrt(d^T S^-1 d) is at least {min_deviations:.2f}: as many deviations as a direction with a deviation of
 {max_azimuth_sd_deg:g} degrees has if its errors are alike in all directions. Otherwise the end vertebrae are nearly
 parallel. Of straight spines 2% have a plane all the same. Where the true d is less than 4 deviations long, the interval
 of a plane that is reported holds the truth less often than 95%: 92% at 3 deviations, 87% at 2.
@@ -115,7 +115,7 @@ def page() -> str:
     ]
     parameters = MeasureParameters()
     least = 1 / math.radians(parameters.max_azimuth_sd_deg)
-    curves, tail = (text.format(**vars(parameters), least_deviations=least) for text in (_CURVES, _TAIL))
+    curves, tail = (text.format(**vars(parameters), min_deviations=least) for text in (_CURVES, _TAIL))
     pairs = [
         f"{name.capitalize()} is reported for {', '.join('-'.join(pair) for pair in getattr(parameters, name))}:"
         " the first pair always, the others where the spine has their levels."

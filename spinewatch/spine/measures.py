@@ -161,9 +161,9 @@ def plane_reason(request: MeasureRequest, found: Evaluation, parameters: Measure
 
     References
     ----------
-    The vector whose direction is the plane must be so many of its standard deviations long, by its full covariance,
-    that with errors alike in all directions its direction would have the largest deviation. The deviation across the
-    measured vector alone is no measure: where errors differ by direction, they swing the vector to the axis of the
+    The vector whose direction is the plane must be as many of its standard deviations long, by its full covariance,
+    as a vector whose direction has the largest deviation, if errors are alike in all directions. The deviation across
+    the measured vector alone is no measure: where errors differ by direction, they swing the vector to the axis of the
     larger ones, across which the smaller ones are left.
     """
     if request.definition != "plane-of-maximum-curvature" or found.vector is None:
