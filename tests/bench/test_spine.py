@@ -247,11 +247,11 @@ def test_planes_of_few_small_curves() -> None:
 
 
 def test_bars_of_planes_can_be_missed() -> None:
-    good = PlaneTally(3.0, "coronal", 8.0, [True] * 95 + [False] * 5, [True] * 95 + [False] * 5)
+    good = PlaneTally(3.0, "coronal", 8.0, [*[True] * 95, *[False] * 5], [True] * 95 + [False] * 5)
     straight = PlaneTally(3.0, "coronal", 0.0, [None] * 98 + [False] * 2, [True] * 95 + [False] * 5)
     assert (straight.reported_pct, straight.inside_pct, straight.wrong_pct) == (2.0, 0.0, 2.0)
     assert not missed(spine_planes.grids_and_bars([good, straight])[1])
-    bad = PlaneTally(3.0, "coronal", 8.0, [True] * 9 + [False], [True] * 8 + [False] * 2)
+    bad = PlaneTally(3.0, "coronal", 8.0, [*[True] * 9, False], [True] * 8 + [False] * 2)
     assert len(missed(spine_planes.grids_and_bars([bad])[1])) == 3
 
 

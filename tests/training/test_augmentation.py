@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -24,6 +25,9 @@ from training.augmentation import (  # noqa: E402
     turned,
 )
 
+if TYPE_CHECKING:
+    from torch import Tensor
+
 TURNS = list(product([False, True], repeat=3))
 MIRRORED = [turn for turn in TURNS if not turn[2]]
 
@@ -44,19 +48,19 @@ def some_examples(n: int = 12) -> Examples:
     )
 
 
-def light_of(lamp: Single, log_height: Single) -> torch.Tensor:
+def light_of(lamp: Single, log_height: Single) -> Tensor:
     known = np.ones(len(lamp), dtype=bool)
     return torch.from_numpy(lighting_inputs(lamp.astype(float), known, log_height.astype(float), known))
 
 
-def batch() -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+def batch() -> tuple[Tensor, Tensor, Tensor]:
     patches, truth = as_tensors(some_examples())
     return patches, light_of(truth[:, [LAMP_U, LAMP_V]].numpy(), truth[:, LOG_HEIGHT].numpy()), truth
 
 
 def turn_batch(
-    parts: tuple[torch.Tensor, torch.Tensor, torch.Tensor], turn: tuple[bool, bool, bool]
-) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+    parts: tuple[Tensor, Tensor, Tensor], turn: tuple[bool, bool, bool]
+) -> tuple[Tensor, Tensor, Tensor]:
     return turned(*parts, mirror_u=turn[0], mirror_v=turn[1], transpose=turn[2])
 
 
@@ -104,7 +108,7 @@ def test_the_same_seeds_augment_alike() -> None:
     examples = some_examples()
     patches, truth = as_tensors(examples)
 
-    def once() -> tuple[torch.Tensor, ...]:
+    def once() -> tuple[Tensor, ...]:
         torch.manual_seed(3)
         return augmented(patches, truth, examples.up, np.random.default_rng(4))
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import pytest
 
 torch = pytest.importorskip("torch", reason="training needs PyTorch, which the project does not install")
@@ -10,8 +12,11 @@ from spinewatch.detection.refinement.networks import OUTPUTS, SCALES  # noqa: E4
 from training.augmentation import BALL, VISIBLE, U  # noqa: E402
 from training.losses import batch_loss, by_name, centre_chi2  # noqa: E402
 
+if TYPE_CHECKING:
+    from torch import Tensor
 
-def case(n: int = 4) -> tuple[torch.Tensor, torch.Tensor]:
+
+def case(n: int = 4) -> tuple[Tensor, Tensor]:
     """Return outputs and the truth that they state."""
     outputs, truth = torch.zeros(n, len(OUTPUTS)), torch.zeros(n, 8)
     truth[:, BALL] = 1
