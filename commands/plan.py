@@ -27,7 +27,7 @@ def plan(  # noqa: PLR0913, PLR0917 - one parameter per option
     common: Annotated[
         float,
         typer.Option(min=0.0, max=5.0, help="Pointing error shared by the balls of a triad in a view, mrad."),
-    ] = 0.08,
+    ] = 0.12,
     disc: Annotated[
         float | None,
         typer.Option(min=5.0, max=100.0, help="Design the best marker in a disc of this radius, mm."),

@@ -130,7 +130,7 @@ class TriadsQuery:
     common_sd_mrad: Annotated[
         float,
         _between(0, 5, "Standard deviation of the pointing error that the balls of a triad share, mrad."),
-    ] = 0.08
+    ] = PlanParameters.common_sd_mrad
 
     def parameters(self, heights_mm: tuple[float, ...]) -> PlanParameters:
         """Return the library's parameters; raises ``InvalidInputError`` for names that are no vertebrae."""

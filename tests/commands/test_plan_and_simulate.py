@@ -1,13 +1,17 @@
 import json
+from inspect import signature
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from commands.main import cli
+from commands.plan import plan
 from contract.features import Feature
 from spinewatch.calibration.point_tables import parse_control_field
+from spinewatch.planning.plan import PlanParameters
 from spinewatch.rig_files.rig_json import parse_rig
+from spinewatch.triads.pose_fit import PoseParameters
 from tests.paths import SAMPLES
 
 RIG = SAMPLES / "D1" / "rig.json"
@@ -17,6 +21,11 @@ def run(*arguments: object) -> str:
     result = CliRunner().invoke(cli, [str(a) for a in arguments])
     assert result.exit_code == 0, result.output or result.exception
     return result.output
+
+
+def test_the_plan_assumes_the_shared_error_of_measured_poses() -> None:
+    default = signature(plan).parameters["common"].default
+    assert default == PlanParameters().common_sd_mrad == PoseParameters().common_sd_mrad
 
 
 def test_simulate_writes_truth_features_and_the_rig_to_measure_with(tmp_path: Path) -> None:

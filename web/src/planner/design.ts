@@ -55,7 +55,7 @@ export const CART: Design = {
   spacing_mm: "50",
   spine_axis: "x",
   centre_sd_px: "0.1",
-  common_sd_mrad: "0.08",
+  common_sd_mrad: "0.12",
   depth_from_mm: "-60",
   depth_to_mm: "60",
 };
