@@ -10,6 +10,7 @@ AREAS = {
     "bench.selectivity [DIR]": "Tables 4.1 to 4.3 of the thesis on rendered scenes",
     "bench.matching [DIR] [--check] [--json FILE]": "from features to poses: recall, coverage, drift, speed, limits",
     "bench.lamp_shift DIR...": "displacement of centres towards the lamp in rendered pairs",
+    "bench.large_balls [--examples N] [--check]": "centres of simulated balls of 20 px",
     "bench.doubt DIR...": "chance that a triad is false: its fit, and the chances beside the truth",
     "bench.speed [--check] [--json FILE]": "time of one stereo pair beside OpenCV's masked template matching",
     "bench.load [--part PART] [--rounds N] [--hours H] [--check] [--json FILE]": "the service under load and kill -9",

@@ -27,12 +27,12 @@ _MIRRORED_BY_U, _MIRRORED_BY_V = (0, 4), (1, 5)
 
 @dataclass(frozen=True, eq=False)
 class Lighting:
-    """The light of a view.
+    """The light of a view, or of each of n patches.
 
     Attributes
     ----------
     inputs
-        Inputs of the networks as `lighting_inputs` returns them, shape (7,).
+        Inputs of the networks as `lighting_inputs` returns them, shape (7,) or (n, 7).
     """
 
     inputs: Single
@@ -87,7 +87,7 @@ class Lighting:
             The light.
         """
         inputs = self.inputs.copy()
-        inputs[[_MIRRORED_BY_U, _MIRRORED_BY_V]] *= np.array(turn, dtype=np.float32)[:, None]
+        inputs[..., [_MIRRORED_BY_U, _MIRRORED_BY_V]] *= np.array(turn, dtype=np.float32)[:, None]
         return Lighting(inputs)
 
 
