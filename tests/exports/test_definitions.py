@@ -14,11 +14,11 @@ def test_measures_changes_attribution_and_targets_are_looked_through(summary: Su
         "apical-rotation", "apical-translation", "cobb-fixed", "cobb-reselected", "kyphosis", "lordosis"
     ]  # fmt: skip
     bare = spines[0].model_copy(update={"measures": [], "target_measures": None, "since_previous": None})
-    assert definitions_of([bare]) == ["cobb-fixed"]
+    assert definitions_of([bare]) == ["apical-translation", "cobb-fixed", "kyphosis"]
     change = bare.since_baseline
     assert change is not None
     only = bare.model_copy(update={"since_baseline": change.model_copy(update={"measures": []})})
-    assert definitions_of([only]) == ["cobb-fixed"]
+    assert definitions_of([only]) == ["apical-translation", "cobb-fixed"]
     assert definitions_of([]) == []
 
 

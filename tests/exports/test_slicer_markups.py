@@ -69,7 +69,7 @@ def test_an_end_plate_is_where_the_body_ends(summary: SurgerySummary) -> None:
 
 def test_measures_carry_codes_definitions_and_intervals(summary: SurgerySummary) -> None:
     values = named(markups(summary), "PRE vertebrae")["measurements"]
-    cobb, reselected, rotation, translation, kyphosis, _ = values
+    cobb, reselected, rotation, translation, kyphosis, _, measured, bracketed = values
     assert cobb["quantityCode"] == reselected["quantityCode"] == COBB
     assert cobb["methodCode"][:2] == ["cobb-fixed", "99SPINEWATCH"]
     assert reselected["methodCode"][:2] == ["cobb-reselected", "99SPINEWATCH"]
@@ -80,6 +80,8 @@ def test_measures_carry_codes_definitions_and_intervals(summary: SurgerySummary)
     assert (rotation["units"][0], translation["units"][0]) == ("deg", "mm")
     assert kyphosis["enabled"] is False
     assert "value" not in kyphosis
+    assert (measured["value"], bracketed["value"]) == (31.5, 4.5)
+    assert measured["methodCode"] == bracketed["methodCode"] == kyphosis["methodCode"]
 
 
 def test_a_curve_without_one_of_its_ends_has_no_angle(summary: SurgerySummary) -> None:
@@ -122,10 +124,11 @@ def test_slicer_reads_the_same(
     x, y, z = pose("T9", 2).position_mm
     assert points["T9"] == pytest.approx([-y, x, z])
     assert points["T5"] is None
-    cobb, *_, lordosis = nodes["PRE vertebrae"]["measurements"]
+    cobb, *_, lordosis, kyphosis, _ = nodes["PRE vertebrae"]["measurements"]
     assert (cobb["value"], cobb["quantity"], cobb["units"][:2]) == (58.3, COBB, ["deg", "UCUM"])
     assert cobb["method"][0] == "cobb-fixed"
     assert not lordosis["defined"]
+    assert kyphosis["value"] == 31.5
 
 
 @pytest.mark.timeout(900)

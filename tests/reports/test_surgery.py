@@ -131,9 +131,8 @@ def test_changes_attribution_motion_and_what_remains_are_there() -> None:
         "At POST",
     ):
         assert part in text
-    assert (
-        text.count("INTER since PRE") == 3
-    )  # measures, attribution, motion; never twice for the second stage
+    # Measures of the curve and of the whole spine, attribution, motion; never twice for the second stage.
+    assert text.count("INTER since PRE") == 4
 
 
 def test_origins_differ_in_shape_and_dash_and_not_only_in_colour() -> None:
