@@ -8,7 +8,7 @@ the lamp. Then the best proposals with both known. Last the best of these rotate
 At first one network sees the upright patches and another one, of different training, the rotated ones. As long as the
 balls look usual (`spinewatch.detection.refinement.look`), that is as accurate as the larger network in every pass, at a
 third of the cost. When they do not, all passes are made again with the larger network, which is fitted to all looks,
-and the best proposals are seen mirrored too.
+and the best proposals are seen mirrored too. Large balls have one network, which sees all orientations.
 """
 
 from __future__ import annotations

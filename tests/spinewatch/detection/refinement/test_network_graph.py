@@ -38,9 +38,7 @@ def in_numpy(network: BallNetwork, x: Singles, light: Singles) -> Singles:
     return x[:, 0, 0]
 
 
-@pytest.mark.parametrize(
-    "network", NETWORKS, ids=["proposal", "all looks", "large", "usual looks", "large, usual looks"]
-)
+@pytest.mark.parametrize("network", NETWORKS, ids=["proposal", "all looks", "large", "usual looks"])
 @pytest.mark.parametrize("count", [1, 24, 250])
 def test_the_outputs_are_those_of_the_definition(network: BallNetwork, count: int) -> None:
     x = patches(network, count)
