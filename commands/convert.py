@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from commands.shared.files import require_ending
+from exports.text import single_line
 from spinewatch.rig_files import RigFormat
 
 _CART_IMAGE_SIZE = "568x416"
@@ -54,7 +55,7 @@ def convert(
     content = read_rig_file(source, source_format, name, size, sensor.pixel_size_mm)
     write_error = write_rig_file(content.rig, out, target_format)
     for warning in content.warnings:
-        typer.echo(f"warning: {warning}", err=True)
+        typer.echo(single_line(f"warning: {warning}"), err=True)
     rig = content.rig
     typer.echo(
         f"{out}: {rig.name}, baseline {rig.baseline_mm:.1f} mm, vergence {rig.vergence_deg:.2f} degrees;"

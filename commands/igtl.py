@@ -12,6 +12,7 @@ import typer
 
 from commands.shared.exposure import is_loopback
 from commands.shared.key_option import Key
+from exports.text import single_line
 from spinewatch.errors import ParameterError, SpinewatchError
 
 if TYPE_CHECKING:
@@ -109,4 +110,5 @@ class _Feed:
 
 
 def _say(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)  # noqa: T201
+    """Print a line on stderr, whatever a file or a service says in it."""
+    print(single_line(line), file=sys.stderr, flush=True)  # noqa: T201

@@ -36,6 +36,7 @@ from commands import (
 )
 from commands.programs_1995 import detect, match, ndlt, pix2mm, sim3d, spaco, v2stereo
 from commands.shared.output import standard_output
+from exports.text import single_line
 from spinewatch.errors import SpinewatchError
 
 
@@ -129,6 +130,7 @@ def _wrong_arguments(error: TyperException) -> str:
 
 
 def _end(line: str, status: int) -> NoReturn:
+    """Print why the command ends, in one line whatever names of files and documents say, and end it."""
     if line:
-        print(f"spinewatch: {line}", file=sys.stderr)  # noqa: T201
+        print(f"spinewatch: {single_line(line)}", file=sys.stderr)  # noqa: T201
     sys.exit(status)

@@ -9,6 +9,7 @@ import pytest
 import typer.main
 
 from commands import main
+from exports.text import single_line
 from spinewatch.errors import ParameterError
 from tests.paths import PROJECT
 
@@ -112,6 +113,21 @@ def test_a_named_error_is_one_line_and_exit_status_2(
         main.app()
     assert stopped.value.code == 2
     assert capsys.readouterr() == ("", "spinewatch: the number is wrong; give another\n")
+
+
+@pytest.mark.parametrize("break_", ["\n", "\r\n", "\x1b[31m", "\x85", "\u2028", "\u202e", "\udcff"])
+def test_a_refusal_is_one_line_without_control_characters(
+    break_: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    name = f"no{break_}file.json"
+    for arguments in (
+        ("disparity", "--rig", name),  # a named error
+        ("disparity", "--rig", "rig.json", f"--no{break_}option"),
+        (f"no{break_}command",),
+        ("disparity", "--rig", "rig.json", "--planes", f"1{break_}2"),
+    ):
+        line = refusal(monkeypatch, capsys, *arguments).removesuffix("\n")
+        assert line == single_line(line)
 
 
 def test_help_loads_no_large_library() -> None:
