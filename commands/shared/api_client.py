@@ -39,13 +39,7 @@ class ApiClient:
         self, url: str, transport: httpx.BaseTransport | None = None, key: str | None = None
     ) -> None:
         self.url = url.rstrip("/")
-        self._client = httpx.Client(
-            base_url=self.url,
-            timeout=_TIMEOUT_SECONDS,
-            trust_env=False,
-            transport=transport,
-            headers=bearer(key),
-        )
+        self._client = service_client(self.url, _TIMEOUT_SECONDS, transport, key)
 
     def __enter__(self) -> ApiClient:
         return self
@@ -66,11 +60,11 @@ class ApiClient:
     def add_calibration(self, rig_json: bytes) -> str:
         """Store a rig and return the identifier of the calibration."""
         headers = {"Content-Type": "application/json"}
-        return str(self._request("POST", "/v1/calibrations", content=rig_json, headers=headers).json()["id"])
+        return self._identifier("/v1/calibrations", content=rig_json, headers=headers)
 
     def add_surgery(self, surgery: Document) -> str:
         """Store a surgery and return its identifier."""
-        return str(self._request("POST", "/v1/surgeries", json=surgery).json()["id"])
+        return self._identifier("/v1/surgeries", json=surgery)
 
     def put_spine_setup(self, surgery_id: str, setup_json: bytes) -> None:
         """Store the setup of a new surgery's spine."""
@@ -82,21 +76,59 @@ class ApiClient:
         files = {side: (f"{side}.png", read_bytes(folder / f"{side}.png"), "image/png") for side in _SIDES}
         fields = {"name": name, "calibration_id": calibration_id}
         response = self._request("POST", f"/v1/surgeries/{surgery_id}/stages", data=fields, files=files)
+        if "Location" not in response.headers:
+            raise self._other_program()
         return SubmittedStage(name, response.headers["Location"])
 
     def get(self, path: str) -> Document:
         """Return the JSON document at a path."""
-        document: Document = self._request("GET", path).json()
-        return document
+        return self._document(self._request("GET", path))
 
     def _request(self, method: str, path: str, **content: Any) -> httpx.Response:
-        try:
-            response = self._client.request(method, path, **content)
-        except httpx.HTTPError as error:
-            raise ServiceError(f"no answer from {self.url}: {error}; is the service running?") from error
+        response = answer(self._client, method, path, **content)
         if response.is_success:
             return response
         raise ServiceError(f"{method} {path}: {problem_text(response)}")
+
+    def _identifier(self, path: str, **content: Any) -> str:
+        """Return the identifier of what a POST stored."""
+        document = self._document(self._request("POST", path, **content))
+        if "id" not in document:
+            raise self._other_program()
+        return str(document["id"])
+
+    def _document(self, response: httpx.Response) -> Document:
+        document = _json(response)
+        if document is None:
+            raise self._other_program()
+        return document
+
+    def _other_program(self) -> ServiceError:
+        return ServiceError(f"the answer of {self.url} is none of Spinewatch; check the address")
+
+
+def service_client(
+    url: str, timeout_seconds: float, transport: httpx.BaseTransport | None, key: str | None
+) -> httpx.Client:
+    """Return a client of the service at a URL; raises ``ServiceError`` for what is no URL and for an impossible key."""
+    headers = bearer(key)
+    try:
+        return httpx.Client(
+            base_url=url, timeout=timeout_seconds, trust_env=False, transport=transport, headers=headers
+        )
+    except (httpx.InvalidURL, UnicodeError) as error:
+        raise ServiceError(
+            f"{url!r} is no address of a service: {error}; write it like http://127.0.0.1:8000"
+        ) from error
+
+
+def answer(client: httpx.Client, method: str, path: str, **content: Any) -> httpx.Response:
+    """Return the response to a request, whatever its status; raises ``ServiceError`` when there is none."""
+    try:
+        return client.request(method, path, **content)
+    except (httpx.HTTPError, httpx.InvalidURL, UnicodeError) as error:  # UnicodeError: of a name of no host
+        url = str(client.base_url).rstrip("/")
+        raise ServiceError(f"no answer from {url}: {error}; is the service running?") from error
 
 
 def bearer(key: str | None) -> dict[str, str]:
@@ -112,6 +144,16 @@ def bearer(key: str | None) -> dict[str, str]:
 def problem_text(response: httpx.Response) -> str:
     """Return the status of a response and the detail of its problem document, if it has one."""
     if response.headers.get("Content-Type", "").startswith("application/problem+json"):
-        problem = response.json()
-        return f"{response.status_code} {problem.get('detail') or problem.get('title')}"
+        problem = _json(response) or {}
+        reason = problem.get("detail") or problem.get("title") or response.reason_phrase
+        return f"{response.status_code} {reason}"
     return f"{response.status_code} {response.reason_phrase}"
+
+
+def _json(response: httpx.Response) -> Document | None:
+    """Return the JSON object of a response, None if it has none."""
+    try:
+        document = response.json()
+    except (ValueError, RecursionError):
+        return None
+    return document if isinstance(document, dict) else None

@@ -10,7 +10,7 @@ from urllib.parse import quote
 import httpx
 from pydantic import ValidationError
 
-from commands.shared.api_client import ServiceError, bearer, problem_text
+from commands.shared.api_client import ServiceError, answer, problem_text, service_client
 from commands.shared.files import InputError, read_bytes, read_json
 from commands.shared.validation import first_problem
 from contract.summary import SurgerySummary
@@ -59,23 +59,14 @@ class ServiceSource:
         key: str | None = None,
     ) -> None:
         self._url = url.rstrip("/")
-        self._path = f"/v1/surgeries/{quote(surgery_id, safe='')}/summary"
+        self._path = f"/v1/surgeries/{quote(surgery_id, safe='', errors='surrogateescape')}/summary"
         self._tag: str | None = None
-        self._client = httpx.Client(
-            base_url=self._url,
-            timeout=_TIMEOUT_SECONDS,
-            trust_env=False,
-            transport=transport,
-            headers=bearer(key),
-        )
+        self._client = service_client(self._url, _TIMEOUT_SECONDS, transport, key)
 
     def changed(self) -> SurgerySummary | None:
         """Return the summary, None when the service has the one of the last call; raises ``ServiceError``."""
         headers = {} if self._tag is None else {"If-None-Match": self._tag}
-        try:
-            response = self._client.get(self._path, headers=headers)
-        except (httpx.HTTPError, httpx.InvalidURL) as error:
-            raise ServiceError(f"no answer from {self._url}: {error}; is the service running?") from error
+        response = answer(self._client, "GET", self._path, headers=headers)
         if response.status_code == httpx.codes.NOT_MODIFIED:
             return None
         if not response.is_success:

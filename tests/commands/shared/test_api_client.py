@@ -6,7 +6,7 @@ from typing import Any
 import httpx
 import pytest
 
-from commands.shared.api_client import ApiClient, ServiceError
+from commands.shared.api_client import ApiClient, ServiceError, service_client
 from commands.shared.files import InputError
 
 Handler = Callable[[httpx.Request], httpx.Response]
@@ -60,6 +60,12 @@ def test_a_rejected_request_has_the_sentence_of_the_problem() -> None:
     [
         (problem(500, {"title": "Internal error"}), "500 Internal error"),
         (httpx.Response(502, text="<html>"), "502 Bad Gateway"),
+        (
+            httpx.Response(500, text="<html>", headers={"Content-Type": "application/problem+json"}),
+            "500 Internal Server Error",
+        ),
+        (httpx.Response(200, text="<html>"), "none of Spinewatch"),
+        (httpx.Response(200, json=[]), "none of Spinewatch"),
     ],
 )
 def test_a_problem_without_a_sentence(response: httpx.Response, words: str) -> None:
@@ -75,6 +81,36 @@ def test_a_service_that_cannot_be_reached() -> None:
         assert api.instance() is None
         with pytest.raises(ServiceError, match="no answer from http://service: refused"):
             api.get("/v1/x")
+
+
+@pytest.mark.parametrize(
+    "url",
+    [
+        "http://[::1", "http://127.0.0.1:x", "http://a\x00b", "http://" + 80 * "\xfc", "http://\udcff",
+        "http://127.0.0.1/\udcff",
+    ],
+)  # fmt: skip
+def test_what_is_no_url_is_named(url: str) -> None:
+    with pytest.raises(ServiceError, match="is no address of a service"):
+        service_client(url, 1.0, None, None)
+
+
+@pytest.mark.parametrize("url", ["", "x", "ftp://x", "http://", f"http://{'a' * 300}", "http://a..b"])
+def test_what_leads_to_no_service(url: str) -> None:
+    with ApiClient(url) as api:
+        assert api.instance() is None
+        with pytest.raises(ServiceError, match="no answer from"):
+            api.get("/v1/x")
+
+
+def test_another_program_that_answers_is_no_service(tmp_path: Path) -> None:
+    for side in ("left", "right"):
+        (tmp_path / f"{side}.png").write_bytes(b"")
+    with client(lambda _: httpx.Response(200, json={})) as api:
+        with pytest.raises(ServiceError, match="none of Spinewatch"):
+            api.add_calibration(b"{}")
+        with pytest.raises(ServiceError, match="none of Spinewatch"):
+            api.submit_stage("s1", "PRE", "c1", tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -78,3 +78,15 @@ def test_a_service_is_asked_with_the_tag_that_it_gave() -> None:
 def test_a_service_that_has_none(answer: httpx.Response | Exception, words: str) -> None:
     with pytest.raises(ServiceError, match=words):
         service(answer, []).changed()
+
+
+def test_an_identifier_of_any_bytes_is_sent() -> None:
+    asked: list[httpx.Request] = []
+
+    def handle(request: httpx.Request) -> httpx.Response:
+        asked.append(request)
+        return httpx.Response(404)
+
+    with pytest.raises(ServiceError, match="404"):
+        ServiceSource("http://service", "\udcff", httpx.MockTransport(handle)).changed()
+    assert asked[0].url.raw_path == b"/v1/surgeries/%FF/summary"
