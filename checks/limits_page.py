@@ -190,12 +190,22 @@ _WORK = [
         "commands.shared.repeated_events", _EVERY_SECONDS="time in which a repeated warning is logged once, s"
     ),
 ]
+_FILES = [
+    *_of(
+        "store.regular_file",
+        MAX_DOCUMENT_BYTES="bytes of a document, table, certificate or template set",
+        MAX_IMAGE_BYTES="bytes of an image",
+    ),
+    *_of("spinewatch.array_file", LARGEST_BYTES="bytes of all arrays of a template set"),
+    *_of("store.audit_file", _MAX_LINE_BYTES="bytes of a line of a copy of the audit"),
+]
 _TABLES: Sequence[tuple[str, Sequence[Limit]]] = (
     ("", _REQUESTS),
     ("Forms and documents; the limits of single fields are in the OpenAPI document:", _FURTHER),
     ("Images, which fail with `invalid-image`:", _IMAGES),
     ("Access:", _ACCESS),
     ("Jobs, the database and the processes:", _WORK),
+    ("Files that commands and workers read, which must be regular files, not devices or pipes:", _FILES),
 )
 NO_LIMITS = frozenset(
     {

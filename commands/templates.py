@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from commands.shared.files import InputError, read_bytes, read_json, write_bytes
+from commands.shared.files import InputError, read_image, read_json, write_bytes
 
 if TYPE_CHECKING:
     from spinewatch.camera import Rig
@@ -105,7 +105,7 @@ def _view(folder: Path, side: Side, rig: Rig, diameter_mm: float) -> AnnotatedVi
     image, truth = folder / f"{side}.png", folder / "truth.json"
     camera = rig.left if side == "left" else rig.right
     try:
-        pixels = decode_image(read_bytes(image))
+        pixels = decode_image(read_image(image))
     except ImageError as error:
         raise ImageError(f"{image}: {error}") from error
     try:

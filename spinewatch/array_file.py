@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import zipfile
+import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
@@ -13,6 +14,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spinewatch.errors import SpinewatchError
+
+LARGEST_BYTES = 256 * 1024 * 1024
+"""Largest size of all arrays of a file together, bytes, as they are in memory."""
+
+_COMPRESSIONS = frozenset({zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED})
+_MALFORMED = (
+    OSError,
+    ValueError,
+    KeyError,
+    TypeError,
+    EOFError,
+    MemoryError,  # an array may state any size
+    RuntimeError,  # an encrypted archive
+    zipfile.BadZipFile,
+    zlib.error,
+)
 
 _DESCRIPTION = "about"
 """Name of the array that holds the description in files."""
@@ -68,7 +85,13 @@ def reading_arrays(data: bytes, error: SpinewatchError) -> Iterator[tuple[Any, M
         Arrays by name, read when they are looked up.
     """
     try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            entries = archive.infolist()
+        if sum(entry.file_size for entry in entries) > LARGEST_BYTES:
+            raise error
+        if any(entry.compress_type not in _COMPRESSIONS for entry in entries):
+            raise error
         with np.load(io.BytesIO(data), allow_pickle=False) as file:
             yield json.loads(file[_DESCRIPTION].tobytes()), file
-    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as cause:
+    except _MALFORMED as cause:
         raise error from cause

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sqlite3
 from collections.abc import Iterator
 from contextlib import closing
@@ -14,9 +15,13 @@ from pydantic import ValidationError
 from contract.audit import AuditEvent
 from store.audit import Chain, check_chain, verify_chain_of
 from store.errors import AuditFileError
-from store.events import FIRST_HASH
+from store.regular_file import open_regular
 
 _SQLITE = b"SQLite format 3\0"
+_EXPECTED = re.compile(r"([0-9]{1,18}):([0-9a-f]{64})", re.ASCII | re.IGNORECASE)
+"""A number that SQLite can hold, and a SHA-256."""
+
+_MAX_LINE_BYTES = 1024 * 1024
 
 
 def verify_file(file: Path, expected: str | None = None) -> Chain:
@@ -41,7 +46,7 @@ def verify_file(file: Path, expected: str | None = None) -> Chain:
     """
     kept = None if expected is None else _kept(expected)
     try:
-        with file.open("rb") as stream:
+        with open_regular(file) as stream:
             is_database = stream.read(len(_SQLITE)) == _SQLITE
         chain = _of_database(file) if is_database else check_chain(_lines(file))
         if not is_database and chain.is_whole and not chain.events:
@@ -54,7 +59,7 @@ def verify_file(file: Path, expected: str | None = None) -> Chain:
             return Chain(chain.events, chain.last, chain.head, number, reason)
     except OSError as error:
         raise AuditFileError(f"cannot read {file}: {error.strerror}") from error
-    except sqlite3.Error as error:
+    except (sqlite3.Error, LookupError, TypeError, ValueError) as error:  # tables and values of any kind
         raise AuditFileError(
             f"{file} has no events that can be read: {error}; name a database or a backup"
         ) from error
@@ -62,12 +67,12 @@ def verify_file(file: Path, expected: str | None = None) -> Chain:
 
 
 def _kept(expected: str) -> tuple[int, str]:
-    number, _, digest = expected.partition(":")
-    if not (number.isascii() and number.isdigit() and len(digest) == len(FIRST_HASH)):
+    match = _EXPECTED.fullmatch(expected)
+    if match is None:
         raise AuditFileError(
             "what is expected is not NUMBER:HASH; take it from an earlier output of this command"
         )
-    return int(number), digest.lower()
+    return int(match[1]), match[2].lower()
 
 
 def _of_database(file: Path) -> Chain:
@@ -91,10 +96,14 @@ def _connect(file: Path) -> sqlite3.Connection:
 
 
 def _lines(file: Path) -> Iterator[dict[str, Any]]:
-    with file.open(encoding="utf-8", errors="replace") as stream:
-        for number, line in enumerate(stream, start=1):
+    with open_regular(file) as stream:
+        lines = iter(lambda: stream.readline(_MAX_LINE_BYTES + 1), b"")
+        for number, line in enumerate(lines, start=1):
+            if len(line) > _MAX_LINE_BYTES:
+                raise AuditFileError(f"line {number} of {file} is longer than that of any event")
             try:
-                event = AuditEvent.model_validate_json(json.dumps(json.loads(line)))
+                document = json.loads(line.decode("utf-8", errors="replace"))
+                event = AuditEvent.model_validate_json(json.dumps(document))
             except (ValueError, ValidationError, RecursionError) as error:
                 raise AuditFileError(
                     f"line {number} of {file} is no event; name a database, a backup, or a copy as JSON lines"

@@ -22,6 +22,7 @@ from spinewatch.parameters import Parameters
 from spinewatch.pipeline import StageMeasurer
 from spinewatch.rig_files.rig_json import parse_rig
 from spinewatch.rig_plausibility import check_measurable_rig
+from store.regular_file import MAX_DOCUMENT_BYTES, read_regular
 from store.stage_work import StageWork
 from workers.stage_revision import (
     Changed,
@@ -126,7 +127,7 @@ def template_set(file: Path | None) -> TemplateSet:
     if file is None:
         return default_template_set()
     try:
-        return read_template_set(file.read_bytes())
+        return read_template_set(read_regular(file, MAX_DOCUMENT_BYTES))
     except OSError as error:
         raise TemplateError(f"cannot read {file}: {error.strerror}; set SPINEWATCH_TEMPLATES") from error
 

@@ -28,7 +28,7 @@ def detect(
     from commands.programs_1995.explanation import write_detection  # noqa: PLC0415 - loads OpenCV and SciPy
     from commands.programs_1995.inputs import STATISTICS, feature_list  # noqa: PLC0415
     from commands.shared.calibration_options import two_numbers  # noqa: PLC0415
-    from commands.shared.files import read_bytes, write_text  # noqa: PLC0415
+    from commands.shared.files import read_image, write_text  # noqa: PLC0415
     from spinewatch.errors import ImageError  # noqa: PLC0415
     from spinewatch.imaging.decoding import decode_image  # noqa: PLC0415
     from spinewatch.imaging.frame import Frame  # noqa: PLC0415
@@ -41,7 +41,7 @@ def detect(
         expected_features=features,
     )
     try:
-        frame = Frame(decode_image(read_bytes(image)), "left")
+        frame = Frame(decode_image(read_image(image)), "left")
         found = detect_point(frame, two_numbers(ball, ",", "--ball", (2, 200)), parameters)
     except ImageError as error:
         raise ImageError(f"{image}: {error}") from error

@@ -38,7 +38,7 @@ def match(
     """Match features, reconstruct points and find triads by the method of 1995; print every triplet's verdict."""
     from commands.programs_1995.explanation import print_triplets, write_matching  # noqa: PLC0415 - loads SciPy
     from commands.programs_1995.inputs import read_cameras, read_feature_list, read_feature_pair  # noqa: PLC0415
-    from commands.shared.files import read_bytes  # noqa: PLC0415
+    from commands.shared.files import read_image  # noqa: PLC0415
     from commands.shared.labels import parse_labels  # noqa: PLC0415
     from commands.shared.pair import decode_file  # noqa: PLC0415
     from spinewatch.thesis_1995.match_point import MatchPointParameters, match_point  # noqa: PLC0415
@@ -53,8 +53,8 @@ def match(
     pair = None
     if images is not None:
         pair = (
-            decode_file(images[0], read_bytes(images[0]), rig.left.image_size_px),
-            decode_file(images[1], read_bytes(images[1]), rig.right.image_size_px),
+            decode_file(images[0], read_image(images[0]), rig.left.image_size_px),
+            decode_file(images[1], read_image(images[1]), rig.right.image_size_px),
         )
     names = parse_labels(labels, None)
     parameters = MatchPointParameters(distance_tolerance_mm=tolerance)

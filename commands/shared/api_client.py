@@ -9,7 +9,7 @@ from typing import Any
 
 import httpx
 
-from commands.shared.files import read_bytes
+from commands.shared.files import read_image
 from spinewatch.errors import SpinewatchError
 
 _SIDES = ("left", "right")
@@ -73,7 +73,7 @@ class ApiClient:
 
     def submit_stage(self, surgery_id: str, name: str, calibration_id: str, folder: Path) -> SubmittedStage:
         """Submit ``left.png`` and ``right.png`` of a folder as a stage."""
-        files = {side: (f"{side}.png", read_bytes(folder / f"{side}.png"), "image/png") for side in _SIDES}
+        files = {side: (f"{side}.png", read_image(folder / f"{side}.png"), "image/png") for side in _SIDES}
         fields = {"name": name, "calibration_id": calibration_id}
         response = self._request("POST", f"/v1/surgeries/{surgery_id}/stages", data=fields, files=files)
         if "Location" not in response.headers:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from commands.shared.calibration_options import parse_pixel_size, parse_sensor
-from commands.shared.files import printable_name, read_bytes, read_text
+from commands.shared.files import printable_name, read_image, read_text
 from commands.shared.stopwatch import Stopwatch
 from contract.calibration_quality import calibration_result
 from spinewatch.arrays import Float
@@ -47,7 +47,7 @@ def calibrate_images(
     require_calibration_shots(verify, len(pairs))
     field = read_field(field_name)
     shots = [
-        ShotFiles(shot, read_bytes(left), read_bytes(right))
+        ShotFiles(shot, read_image(left), read_image(right))
         for shot, (left, right) in zip(_shot_names(pairs), pairs, strict=True)
     ]
     clock = Stopwatch()

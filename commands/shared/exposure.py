@@ -7,8 +7,11 @@ import ssl
 from typing import TYPE_CHECKING
 
 from spinewatch.errors import SpinewatchError
+from store.regular_file import MAX_DOCUMENT_BYTES, read_regular
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from settings import Settings
 
 
@@ -37,7 +40,7 @@ def require_safe_exposure(settings: Settings) -> None:
     if (settings.tls_cert is None) != (settings.tls_key is None):
         raise CertificateError("TLS needs a certificate and its key: give both --tls-cert and --tls-key")
     if settings.tls_cert is not None and settings.tls_key is not None:
-        _require_certificate(settings)
+        _require_certificate(settings.tls_cert, settings.tls_key)
     elif not is_loopback(settings.host) and not settings.behind_proxy:
         raise ExposureError(
             f"listening on {settings.host} would send keys and images over the network unencrypted; give --tls-cert and"
@@ -52,20 +55,20 @@ def base_url(settings: Settings) -> str:
     return f"{scheme}://{f'[{host}]' if ':' in host else host}:{settings.port}"
 
 
-def _require_certificate(settings: Settings) -> None:
-    for file in (settings.tls_cert, settings.tls_key):
+def _require_certificate(certificate: Path, key: Path) -> None:
+    for file in (certificate, key):
         try:
-            file.read_bytes()  # type: ignore[union-attr]
+            read_regular(file, MAX_DOCUMENT_BYTES)
         except OSError as error:
             raise CertificateError(
                 f"cannot read {file}: {error.strerror}; check --tls-cert and --tls-key"
             ) from error
     try:
         ssl.create_default_context(ssl.Purpose.CLIENT_AUTH).load_cert_chain(
-            str(settings.tls_cert), str(settings.tls_key), password=""
+            str(certificate), str(key), password=""
         )
     except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
         raise CertificateError(
-            f"{settings.tls_cert} and {settings.tls_key} are no certificate with its key: {error}; give PEM files that"
+            f"{certificate} and {key} are no certificate with its key: {error}; give PEM files that"
             " belong together, the key without a password"
         ) from error

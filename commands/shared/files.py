@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from spinewatch.errors import SpinewatchError
+from store.regular_file import MAX_DOCUMENT_BYTES, MAX_IMAGE_BYTES, read_regular
 
 
 class InputError(SpinewatchError):
@@ -24,11 +25,13 @@ class OutputError(SpinewatchError):
 
 
 def read_bytes(path: Path) -> bytes:
-    """Return the content of a file; raises ``InputError``."""
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error
+    """Return the content of a file of a document; raises ``InputError``, also for a device or pipe."""
+    return _read(path, MAX_DOCUMENT_BYTES)
+
+
+def read_image(path: Path) -> bytes:
+    """Return the content of a file of an image; raises ``InputError``, also for a device or pipe."""
+    return _read(path, MAX_IMAGE_BYTES)
 
 
 def read_text(path: Path) -> str:
@@ -82,3 +85,11 @@ def require_ending(path: Path, endings: Sequence[str], contents: str) -> None:
 def write_text(path: Path, text: str) -> None:
     """Write a UTF-8 text file; raises ``OutputError``."""
     write_bytes(path, text.encode("utf-8"))
+
+
+def _read(path: Path, max_bytes: int) -> bytes:
+    """Return the content of a regular file up to a size; raises ``InputError``."""
+    try:
+        return read_regular(path, max_bytes)
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}") from error

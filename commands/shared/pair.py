@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from commands.shared.explanation import write_explanation
-from commands.shared.files import read_bytes
+from commands.shared.files import read_image
 from commands.shared.methods import MethodOptions, Prepare, prepare_default
 from commands.shared.rig import read_rig
 from commands.shared.stopwatch import Stopwatch
@@ -39,7 +39,7 @@ def measure_pair(
     Raises a ``SpinewatchError`` that names the file and what is wrong with it.
     """
     rig = read_rig(rig_path)
-    left_bytes, right_bytes = read_bytes(left), read_bytes(right)
+    left_bytes, right_bytes = read_image(left), read_image(right)
     if left_bytes == right_bytes:
         raise SameImageError(f"{left} and {right} are the same image; give the left and the right one")
     clock = Stopwatch()

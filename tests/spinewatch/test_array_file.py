@@ -1,7 +1,10 @@
+import io
+import zipfile
+
 import numpy as np
 import pytest
 
-from spinewatch.array_file import reading_arrays, write_arrays
+from spinewatch.array_file import LARGEST_BYTES, reading_arrays, write_arrays
 from spinewatch.errors import SpinewatchError
 
 ERROR = SpinewatchError("not a file of arrays; write one")
@@ -20,6 +23,38 @@ def test_arrays_and_description_survive_their_file() -> None:
 def test_other_files_are_refused_with_the_given_error(data: bytes) -> None:
     with pytest.raises(SpinewatchError) as caught, reading_arrays(data, ERROR):
         pytest.fail("opened")
+    assert caught.value is ERROR
+
+
+def archive(content: bytes, compression: int = zipfile.ZIP_DEFLATED) -> bytes:
+    """Return a file of arrays with another array, as these bytes."""
+    buffer = io.BytesIO(write_arrays(None, {}))
+    with zipfile.ZipFile(buffer, "a", compression) as file:
+        file.writestr("a.npy", content)
+    return buffer.getvalue()
+
+
+def array_of(shape: tuple[int, ...]) -> bytes:
+    """Return the beginning of an array that states a shape and has no values."""
+    buffer = io.BytesIO()
+    np.lib.format.write_array_header_1_0(buffer, {"descr": "|u1", "fortran_order": False, "shape": shape})
+    return buffer.getvalue()
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        archive(bytes(LARGEST_BYTES)),
+        archive(array_of((1 << 45,))),
+        archive(array_of((1 << 62, 4))),
+        archive(array_of((1,)) + b"1", zipfile.ZIP_LZMA),
+        archive(array_of((1,)) + b"1", zipfile.ZIP_STORED).replace(b"\x01\x00v", b"\x01\x00w"),
+    ],
+    ids=["large", "states-much", "states-too-much", "lzma", "checksum"],
+)
+def test_an_archive_that_is_too_large_or_odd_is_refused_with_the_given_error(data: bytes) -> None:
+    with pytest.raises(SpinewatchError) as caught, reading_arrays(data, ERROR) as (_, arrays):
+        arrays["a"]
     assert caught.value is ERROR
 
 

@@ -1,4 +1,5 @@
 import json
+import os
 import sqlite3
 from contextlib import closing
 from pathlib import Path
@@ -72,7 +73,37 @@ def test_a_file_without_events_is_named(tmp_path: Path, content: bytes) -> None:
         verify_file(tmp_path / "other")
 
 
-@pytest.mark.parametrize("expected", ["", "1", "1:ab", "x:" + "0" * 64, "-1:" + "0" * 64])
+@pytest.mark.parametrize("define", ["seq", "seq, at", "seq, at, hash", "seq TEXT, at BLOB, hash REAL, id"])
+def test_a_database_of_other_tables_is_named(tmp_path: Path, define: str) -> None:
+    file = tmp_path / "file"
+    with closing(sqlite3.connect(file)) as connection:
+        connection.execute("CREATE TABLE x (seq INTEGER PRIMARY KEY AUTOINCREMENT)")  # makes sqlite_sequence
+        connection.execute("INSERT INTO sqlite_sequence VALUES ('events', 'x')")
+        connection.execute(f"CREATE TABLE events ({define})")
+        connection.commit()
+    with pytest.raises(AuditFileError, match="no events"):
+        verify_file(file)
+
+
+def test_a_file_that_never_ends_is_not_read(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    for path in (Path("/dev/zero"), tmp_path / "pipe"):
+        with pytest.raises(AuditFileError, match="device, pipe or socket"):
+            verify_file(path)
+    large = tmp_path / "large"
+    large.touch()
+    os.truncate(large, 1 << 40)
+    with pytest.raises(AuditFileError, match=r"line 1 of .* is longer"):
+        verify_file(large)
+
+
+@pytest.mark.parametrize(
+    "expected",
+    [
+        "", "1", "1:ab", "x:" + "0" * 64, "-1:" + "0" * 64, "9223372036854775808:" + "a" * 64,
+        "1" * 5000 + ":" + "a" * 64, "1:" + "g" * 64, "\xb2:" + "0" * 64,
+    ],
+)  # fmt: skip
 def test_what_is_expected_is_a_number_and_a_hash(copies: list[Path], expected: str) -> None:
     with pytest.raises(AuditFileError, match="NUMBER:HASH"):
         verify_file(copies[0], expected)

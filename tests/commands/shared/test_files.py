@@ -1,4 +1,5 @@
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ from commands.shared.files import (
     make_folder,
     printable_name,
     read_bytes,
+    read_image,
     read_json,
     read_text,
     require_ending,
@@ -28,6 +30,20 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     for path in (tmp_path / "missing", tmp_path):
         with pytest.raises(InputError, match=f"cannot read {path}: "):
             read_bytes(path)
+
+
+@pytest.mark.parametrize("read", [read_bytes, read_text, read_json, read_image])
+def test_a_file_that_is_too_large_or_never_ends_is_not_read(
+    tmp_path: Path, read: Callable[[Path], object]
+) -> None:
+    (tmp_path / "large").touch()
+    os.truncate(tmp_path / "large", 6 << 30)
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(InputError, match="it has more than"):
+        read(tmp_path / "large")
+    for path in (Path("/dev/zero"), tmp_path / "pipe"):
+        with pytest.raises(InputError, match="device, pipe or socket"):
+            read(path)
 
 
 def test_a_file_that_is_not_text_is_named(tmp_path: Path) -> None:
