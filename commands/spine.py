@@ -58,7 +58,10 @@ def spine(
     if tables:
         print_measures([stage.spine for stage in summary.stages if stage.spine is not None])
         for stage in summary.stages:
-            reasons = [stage.spine_reason] if stage.spine is None else [f.detail for f in stage.spine.flags]
+            reasons = [flag.detail for flag in stage.flags or ()]
+            reasons += (
+                [stage.spine_reason or ""] if stage.spine is None else [f.detail for f in stage.spine.flags]
+            )
             for reason in reasons:
                 print_note(f"{stage.name}: {reason}")
     elif out is None:

@@ -36,7 +36,7 @@ def read_earlier_stage(path: Path) -> KnownConfiguration:
         result = StageResult.model_validate_json(
             json.dumps({name: document[name] for name in StageResult.model_fields if name in document})
         )
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, RecursionError) as error:
         raise InputError(
             f"{path} is not a stage; give what `spinewatch process` wrote with labels"
         ) from error

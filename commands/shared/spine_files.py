@@ -5,15 +5,17 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
 from pydantic import TypeAdapter, ValidationError
 
-from commands.shared.files import InputError, read_bytes, read_json, read_text
+from commands.shared.files import InputError, printable_name, read_image, read_json, read_text
+from commands.shared.repeated_stages import ShownStage, repetition_flags
 from commands.shared.validation import first_problem
+from contract.base import StageName
 from contract.flag import Flag
 from contract.image import Image, ImagePair
 from contract.job import JobState
@@ -25,7 +27,8 @@ from contract.spine_setup import SpineSetup, StoredRebaseline, StoredSpineSetup
 from contract.stage_reference import StageReference
 from contract.summary import SummaryStage, SurgerySummary
 from contract.triad import Triad
-from spinewatch.errors import ImageError, ParameterError, SpinewatchError
+from exports.text import single_line
+from spinewatch.errors import ImageError, ParameterError, SameImageError, SpinewatchError
 from spinewatch.imaging.header import inspect_image
 from spinewatch.levels import anatomical_sequence, canonical_name
 from spinewatch.spine.radiograph_landmarks import RadiographView
@@ -39,6 +42,8 @@ SURGERY = "files"
 _EXAMPLE = "PRE=pre.json, or PRE=pre.json,left.png,right.png"
 _TRIADS = TypeAdapter(list[Triad])
 _FLAGS = TypeAdapter(list[Flag])
+_TEXT = TypeAdapter(str)
+_NAME: TypeAdapter[str] = TypeAdapter(StageName)
 
 
 @dataclass(frozen=True)
@@ -52,9 +57,10 @@ class StageFile:
 
 @dataclass(frozen=True)
 class StageContent:
-    """What the file of a stage holds."""
+    """What the files of a stage hold; fields of the images are empty without them."""
 
     file: StageFile
+    images: ImagePair
     triads: list[Triad]
     flags: list[Flag]
     version: str
@@ -73,6 +79,7 @@ def parse_stages(arguments: Sequence[str]) -> list[StageFile]:
         parts = [part for part in rest.split(",") if part]
         if not name or not equals or len(parts) not in {1, 3}:
             raise ParameterError(f"{argument!r} names no stage; write it like {_EXAMPLE}")
+        _require_name(name)
         images = (Path(parts[1]), Path(parts[2])) if len(parts) > 1 else None
         found.append(StageFile(name, Path(parts[0]), images))
     names = [stage.name for stage in found]
@@ -82,8 +89,19 @@ def parse_stages(arguments: Sequence[str]) -> list[StageFile]:
 
 
 def read_stages(stages: Sequence[StageFile]) -> list[StageContent]:
-    """Return the content of the files of stages; raises ``InputError`` for one that is no result of a pair."""
-    return [_read_stage(stage) for stage in stages]
+    """Return the content of the files of stages, those flagged that show an earlier one again.
+
+    Raises ``InputError`` for a file that is no result of a pair, and ``ImageError`` for what is no image.
+    """
+    contents: list[StageContent] = []
+    shown: list[ShownStage] = []
+    for stage in stages:
+        content = _read_stage(stage)
+        shown.append(ShownStage(stage.name, content.images, content.triads))
+        known = {flag.code for flag in content.flags}
+        flags = [flag for flag in repetition_flags(shown[-1], shown[:-1]) if flag.code not in known]
+        contents.append(replace(content, flags=[*content.flags, *flags]))
+    return contents
 
 
 def read_setup(path: Path) -> tuple[SpineSetup, list[StoredRebaseline]]:
@@ -155,7 +173,7 @@ def summarize(
     )
     return SurgerySummary(
         surgery_id=SURGERY,
-        reference=setup_path.stem,
+        reference=single_line(printable_name(setup_path.stem)),
         vertebrae=list(levels[0]),
         reference_vertebra=levels[1],
         created_at=now,
@@ -189,7 +207,7 @@ def _summary_stages(
                 state=JobState.SUCCEEDED,
                 captured_at=None,
                 created_at=now,
-                images=_images(content.file.images),
+                images=content.images,
                 triads=content.triads,
                 flags=content.flags,
                 version=content.version,
@@ -198,6 +216,17 @@ def _summary_stages(
             )
         )
     return found
+
+
+def _require_name(name: str) -> None:
+    """Raise ``ParameterError`` for a name that the service gives to no stage."""
+    try:
+        _NAME.validate_python(name)
+    except ValidationError as error:
+        raise ParameterError(
+            f"{name!r} cannot be the name of a stage; use up to 64 letters, digits, dots, dashes and underscores, a"
+            " letter or digit first"
+        ) from error
 
 
 def _levels(
@@ -219,11 +248,12 @@ def _read_stage(stage: StageFile) -> StageContent:
     try:
         return StageContent(
             file=stage,
+            images=_images(stage.images),
             triads=_TRIADS.validate_json(json.dumps(document["triads"])),
             flags=_FLAGS.validate_json(json.dumps(document["flags"])),
-            version=str(document["version"]),
+            version=_TEXT.validate_json(json.dumps(document["version"])),
         )
-    except (KeyError, TypeError) as error:
+    except (KeyError, TypeError, RecursionError) as error:
         raise InputError(
             f"{stage.result} is no result of a stage; give the JSON of `spinewatch process`"
         ) from error
@@ -233,14 +263,17 @@ def _read_stage(stage: StageFile) -> StageContent:
 
 def _images(paths: tuple[Path, Path] | None) -> ImagePair:
     left, right = (None, None) if paths is None else paths
-    return ImagePair(left=_image(left), right=_image(right))
+    pair = ImagePair(left=_image(left), right=_image(right))
+    if paths is not None and pair.left.sha256 == pair.right.sha256:
+        raise SameImageError(f"{left} and {right} are the same image; give the left and the right one")
+    return pair
 
 
 def _image(path: Path | None) -> Image:
     """Return the model of an image file; all fields are empty without one."""
     if path is None:
         return Image(sha256="", media_type="", width_px=0, height_px=0, size_bytes=0)
-    content = read_bytes(path)
+    content = read_image(path)
     try:
         header = inspect_image(content)
     except ImageError as error:

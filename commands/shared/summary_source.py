@@ -42,6 +42,8 @@ class FileSource:
             document = document["summary"]
         try:
             summary = SurgerySummary.model_validate_json(json.dumps(document))
+        except RecursionError as error:
+            raise InputError(f"{self._path} is no summary of a surgery: it has too many levels") from error
         except ValidationError as error:
             raise InputError(f"{self._path} is no summary of a surgery: {first_problem(error)}") from error
         self._last = content

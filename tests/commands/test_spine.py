@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -163,3 +164,22 @@ def test_what_cannot_be_written_is_one_line(
     assert err.startswith("spinewatch: ")
     assert len(err.splitlines()) == 1
     assert words in err
+
+
+def test_one_result_as_two_stages_is_flagged(run: Run, stages: list[str]) -> None:
+    status, out, err = run("spine", SETUP, stages[0], "POST=PRE.json")
+    assert (status, err) == (0, "")
+    pre, post = SurgerySummary.model_validate_json(out).stages
+    assert "frame-repeated" not in [flag.code for flag in pre.flags or ()]
+    assert "frame-repeated" in [flag.code for flag in post.flags or ()]
+    _, out, _ = run("spine", SETUP, stages[0], "POST=PRE.json", "--tables")
+    assert "POST: the result is that of stage PRE again" in " ".join(out.split())
+
+
+def test_a_setup_of_any_name_is_read(run: Run, stages: list[str], tmp_path: Path) -> None:
+    for name in (b"a\xff.json", b"a\nb.json"):
+        path = tmp_path / os.fsdecode(name)
+        path.write_bytes(SETUP.read_bytes())
+        status, out, _ = run("spine", path, *stages)
+        assert status == 0
+        assert SurgerySummary.model_validate_json(out).reference in {"a\\xff", "a b"}

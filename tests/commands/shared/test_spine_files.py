@@ -4,9 +4,17 @@ from pathlib import Path
 import pytest
 
 from commands.shared.files import InputError
-from commands.shared.spine_files import parse_stages, read_radiographs, read_setup, read_stages, summarize
+from commands.shared.spine_files import (
+    StageContent,
+    parse_stages,
+    read_radiographs,
+    read_setup,
+    read_stages,
+    summarize,
+)
 from contract.spine_setup import StoredSpineSetup
-from spinewatch.errors import ParameterError
+from spinewatch.errors import ParameterError, SameImageError
+from tests.paths import SAMPLES
 from tests.store.builders import NOON, spine_setup, stage_result, triad, without_pose
 
 
@@ -20,6 +28,44 @@ def test_stages_of_a_command_line() -> None:
 def test_what_names_no_stage(argument: str) -> None:
     with pytest.raises(ParameterError, match="write it like"):
         parse_stages([argument])
+
+
+@pytest.mark.parametrize(
+    "name", ["PRE 1", "a/../b", "-", ".", "PRE\n", "\x1b[31m", "\udcff", "x" * 65, "\xe4"]
+)
+def test_a_name_that_no_stage_of_the_service_has(name: str) -> None:
+    with pytest.raises(ParameterError, match="cannot be the name of a stage"):
+        parse_stages([f"{name}=a.json"])
+
+
+def codes(stage: StageContent) -> list[str]:
+    """Return the codes of the flags of a stage."""
+    return [flag.code for flag in stage.flags]
+
+
+def test_an_equal_result_and_equal_images_are_flagged(tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_text(stage_result([triad("L1")]).model_dump_json())
+    (tmp_path / "b.json").write_text(
+        stage_result([triad("L1", position_mm=[1.5, 2.0, 3.0])]).model_dump_json()
+    )
+    a, b = tmp_path / "a.json", tmp_path / "b.json"
+    left, right = (SAMPLES / "D1" / "PRE" / f"{side}.png" for side in ("left", "right"))
+    pre, post = read_stages(parse_stages([f"PRE={a}", f"POST={a}"]))
+    assert ["frame-repeated" in codes(stage) for stage in (pre, post)] == [False, True]
+    images = f"{left},{right}"
+    pre, post = read_stages(parse_stages([f"PRE={a},{images}", f"POST={b},{images}"]))
+    assert ["frame-repeated" in codes(stage) for stage in (pre, post)] == [False, True]
+    with pytest.raises(SameImageError, match="same image"):
+        read_stages(parse_stages([f"PRE={a},{left},{left}"]))
+
+
+@pytest.mark.parametrize("version", ["null", "1", '"\\ud800"', "[" * 900 + "]" * 900])
+def test_a_result_without_a_version(tmp_path: Path, version: str) -> None:
+    text = stage_result([triad("L1")]).model_dump_json()
+    document = {**json.loads(text), "version": "VERSION"}
+    (tmp_path / "a.json").write_text(json.dumps(document).replace('"VERSION"', version))
+    with pytest.raises(InputError, match="is no result of a stage"):
+        read_stages(parse_stages([f"PRE={tmp_path / 'a.json'}"]))
 
 
 def test_poses_of_a_result(tmp_path: Path) -> None:
