@@ -18,7 +18,7 @@ from sqlalchemy.orm import Session
 
 from contract.event import Actor
 from contract.job import FINAL_STATES
-from store import events, jobs
+from store import events, jobs, stages
 from store.database import Database, sqlite_path
 from store.errors import NotFoundError, SurgeryDeletedError
 from store.tables.access import IdempotencyKey
@@ -234,10 +234,10 @@ def stages_of(session: Session, surgery_id: str) -> list[str]:
     Returns
     -------
     list of str
-        Identifiers, oldest take first.
+        Identifiers, in the order of the stages.
     """
     query = select(Stage.id).where(Stage.surgery_id == surgery_id)
-    return list(session.scalars(query.order_by(Stage.created_at, Stage.id)))
+    return list(session.scalars(query.order_by(*stages.IN_ORDER)))
 
 
 def images_of(session: Session, surgery_id: str) -> list[str]:

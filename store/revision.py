@@ -8,7 +8,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from store.database import Database, sqlite_path
 from store.errors import DatabaseNotReadyError
 
-REVISION = "0020"
+REVISION = "0021"
 """The migration that makes the tables of store/tables/."""
 
 _ADVICE = "run: spinewatch db upgrade"

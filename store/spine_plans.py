@@ -84,13 +84,13 @@ def plans(session: Session, surgery: Surgery, setup: StoredSpineSetup) -> tuple[
     Returns
     -------
     tuple of StagePlan
-        Measured stages in order of submission. Without a named baseline, the first one with a pose of the reference
+        Measured stages in their order. Without a named baseline, the first one with a pose of the reference
         triad is the baseline.
     """
     reference = setup.setup.reference_vertebra or surgery.reference_vertebra
     posed = select(Triad.stage_id).where(Triad.stage_id == Stage.id, is_posed(reference)).exists()
     query = select(Stage, posed).where(Stage.id.in_(stages.counting(surgery.id)))
-    rows = session.execute(query.order_by(Stage.created_at, Stage.id))
+    rows = session.execute(query.order_by(*stages.IN_ORDER))
     return plans_of(setup, [(stage, has) for stage, has in rows])
 
 
@@ -118,8 +118,8 @@ def plans_of(setup: StoredSpineSetup, rows: Sequence[tuple[Take, bool]]) -> tupl
     setup
         The setup of the surgery.
     rows
-        The take of each measured stage whose results count, in order of submission, and whether it has a pose of the
-        reference triad.
+        The take of each measured stage whose results count, in their order, and whether it has a pose of the reference
+        triad.
 
     Returns
     -------

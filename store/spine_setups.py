@@ -19,7 +19,7 @@ from contract.spine_setup import (
     StoredRebaseline,
     StoredSpineSetup,
 )
-from store import events, radiographs, surgeries, tables
+from store import events, radiographs, stages, surgeries, tables
 from store.errors import RebaselineExistsError, SetupMissingError
 
 
@@ -162,13 +162,12 @@ def context(session: Session, surgery_id: str) -> SurgeryContext:
         There is no such surgery.
     """
     surgery = surgeries.get(session, surgery_id)
-    stages = select(tables.stages.Stage.name).where(tables.stages.Stage.surgery_id == surgery_id)
-    names = session.scalars(stages.order_by(tables.stages.Stage.created_at, tables.stages.Stage.id))
+    names = select(tables.stages.Stage.name).where(tables.stages.Stage.surgery_id == surgery_id)
     return SurgeryContext(
         vertebrae=surgery.vertebrae,
         reference_vertebra=surgery.reference_vertebra,
         extra_levels=surgery.extra_levels,
-        stages=list(dict.fromkeys(names)),
+        stages=list(dict.fromkeys(session.scalars(names.order_by(*stages.IN_ORDER)))),
         radiographs=radiographs.kinds(session, surgery_id),
     )
 

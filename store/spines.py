@@ -42,12 +42,12 @@ class SpineWork:
     setup
         The setup; None when the surgery has none.
     plans
-        Every measured stage, in order of submission.
+        Every measured stage, in their order.
     outdated
         Identifiers of the stages whose spine is missing or made from other inputs or by another version.
     poses
-        Poses of the labelled triads by name of the stage, object space of each stage; all stages in order of
-        submission, empty for one without a measurement.
+        Poses of the labelled triads by name of the stage, object space of each stage; all stages in their order, empty
+        for one without a measurement.
     radiographs
         Views of the surgery's radiographs by identifier.
     """
@@ -266,14 +266,14 @@ def stored(session: Session, surgery_id: str, planned: Sequence[StagePlan]) -> d
 
 
 def _stage_ids(session: Session, surgery_id: str) -> Iterable[tuple[str, str]]:
-    """Return name and identifier of the take of each stage whose results count, in order of submission.
+    """Return name and identifier of the take of each stage whose results count, in their order.
 
     Of a stage without any it is the latest take.
     """
     measured = Stage.id.in_(stages.counting(surgery_id))
     query = select(Stage.name, Stage.id, Stage.take, measured.label("measured"))
     query = query.where(Stage.surgery_id == surgery_id)
-    rows = session.execute(query.order_by(Stage.created_at, Stage.id)).all()
+    rows = session.execute(query.order_by(*stages.IN_ORDER)).all()
     shown = {row.name: row.id for row in sorted(rows, key=lambda row: (row.measured, row.take))}
     return [(row.name, row.id) for row in rows if shown[row.name] == row.id]
 

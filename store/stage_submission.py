@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from uuid import uuid4
 
-from sqlalchemy import Row, and_, bindparam, select
+from sqlalchemy import Row, and_, bindparam, func, select
 from sqlalchemy.orm import Session
 from sqlalchemy.orm.attributes import set_committed_value
 
@@ -142,7 +142,7 @@ def submit(
     """Add a stage with its images and its queued job.
 
     A name in use is the next take when the latest job of that name failed or was cancelled, or on request when it has
-    succeeded. Nothing is overwritten.
+    succeeded. Nothing is overwritten, and the stage keeps its place among the stages of the surgery.
 
     Parameters
     ----------
@@ -177,11 +177,14 @@ def submit(
     rows = iter(
         images.add_all(session, [image for pair in new.pairs for image in (pair.left, pair.right)], now)
     )
+    number = 1 + (session.scalar(_LAST_NUMBER, {"surgery_id": surgery.id}) or 0)
     stage = Stage(
         id=str(uuid4()),
         surgery=surgery,
         name=new.name,
         take=1 if latest is None else latest.take + 1,
+        number=number,
+        place=number if latest is None else latest.place,
         calibration=calibration,
         left=next(rows),
         right=next(rows),
@@ -216,8 +219,8 @@ def _add(session: Session, stage: Stage, surgery_id: str, now: datetime) -> None
     set_committed_value(stage, "pair_count", 1 + len(stage.further_pairs))
 
 
-def _latest(session: Session, surgery_id: str, name: str) -> Row[str, int, str, JobState] | None:
-    """Return job, take, calibration and state of the job of the latest take of a name."""
+def _latest(session: Session, surgery_id: str, name: str) -> Row[str, int, int, str, JobState] | None:
+    """Return job, take, place, calibration and state of the job of the latest take of a name."""
     return session.execute(_LATEST, {"surgery_id": surgery_id, "name": name}).one_or_none()
 
 
@@ -298,6 +301,8 @@ def revise(
         surgery_id=surgery_id,
         name=name,
         take=latest.take + 1,
+        number=revised.number,
+        place=revised.place,
         calibration=revised.calibration,
         left=revised.left,
         right=revised.right,
@@ -327,10 +332,11 @@ def revise(
 
 
 _LATEST = (  # an outer join, so that SQLite begins with the stage
-    select(Job.id, Stage.take, Stage.calibration_id, Job.state)
+    select(Job.id, Stage.take, Stage.place, Stage.calibration_id, Job.state)
     .select_from(Stage)
     .outerjoin(Job, and_(Job.subject_id == Stage.id, Job.kind == STAGE_JOB))
     .where(Stage.surgery_id == bindparam("surgery_id"), Stage.name == bindparam("name"))
     .order_by(Stage.take.desc())
     .limit(1)
 )
+_LAST_NUMBER = select(func.max(Stage.number)).where(Stage.surgery_id == bindparam("surgery_id"))

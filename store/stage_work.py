@@ -6,10 +6,9 @@ from collections.abc import Collection, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
-from typing import Any
 
 from pydantic import TypeAdapter
-from sqlalchemy import and_, bindparam, or_, select
+from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session, joinedload, selectinload
 
 import contract.measuring
@@ -20,7 +19,7 @@ from spinewatch.triads.pose import Pose
 from store import calibrations, images, pair_results, results
 from store.errors import ImageDamagedError
 from store.measurements import MeasuredStage
-from store.stages import measuring_of, sha256_by_side
+from store.stages import IN_ORDER, measuring_of, sha256_by_side
 from store.tables.base import Document
 from store.tables.jobs import Job
 from store.tables.measurements import FeatureList, Triad
@@ -39,6 +38,8 @@ class EarlierStage:
         When it was taken, None when unknown.
     sha256
         SHA-256 of its image files, hexadecimal, by side.
+    follows
+        Whether it comes after the one in work in the order of the stages: a later take keeps the place of its name.
     is_compared
         Whether its gray levels are compared with those of the stage in work.
     strips
@@ -48,6 +49,7 @@ class EarlierStage:
     name: str
     captured_at: datetime | None
     sha256: Mapping[str, str]
+    follows: bool = False
     is_compared: bool = False
     strips: Mapping[str, bytes] = field(default_factory=dict)
 
@@ -72,7 +74,7 @@ class PairWork:
 
 @dataclass(frozen=True)
 class LabelledStage:
-    """An earlier stage whose result has the poses of all labels.
+    """A stage before the one in work, whose result has the poses of all labels.
 
     Attributes
     ----------
@@ -138,10 +140,10 @@ class StageWork:
     further
         The other pairs of a burst.
     labelled
-        The latest of the earlier stages whose result has the poses of all labels; None if there is none, or if
+        The last of the stages before it whose result has the poses of all labels; None if there is none, or if
         ``unended_job`` has to end first.
     unended_job
-        Job of the latest of the earlier stages that may yet be ``labelled``; None if that is decided.
+        Job of the last of the stages before it that may yet be ``labelled``; None if that is decided.
     revision
         What is changed of an earlier take of the stage; None for a take with images of its own.
     measuring
@@ -274,7 +276,9 @@ def with_files(session: Session, work: StageWork, wanted: Collection[str]) -> St
 
 def _earlier(session: Session, stage: Stage, max_compared: int) -> tuple[EarlierStage, ...]:
     """Return the stages submitted before a stage; takes of its own name show the same moment."""
-    rows = session.execute(_TAKEN_BEFORE, _place(stage)).all()
+    rows = session.execute(
+        _SENT_BEFORE, {"surgery_id": stage.surgery_id, "name": stage.name, "number": stage.number}
+    ).all()
     first = max(len(rows) - max_compared, 0)
     strips: dict[str, dict[str, bytes]] = {row.id: {} for row in rows[first:]}
     for stage_id, side, strip in session.execute(_STRIPS, {"stage_ids": list(strips)}):
@@ -285,18 +289,20 @@ def _earlier(session: Session, stage: Stage, max_compared: int) -> tuple[Earlier
             name,
             captured or exposed,
             {"left": left, "right": right},
+            place > stage.place,
             stage_id in strips,
             strips.get(stage_id, {}),
         )
-        for stage_id, name, captured, exposed, left, right in rows
+        for stage_id, name, captured, exposed, left, right, place in rows
     )
 
 
 def labelled_before(session: Session, stage: Stage) -> tuple[LabelledStage | None, str | None]:
-    """Return the latest stage before a stage whose result has the poses of all labels, or the job to wait for.
+    """Return the last stage before a stage whose result has the poses of all labels, or the job to wait for.
 
-    A stage whose job failed or was cancelled is passed over. One whose job has not ended may have all poses, so that a
-    stage before it must not be taken: the answer would depend on which job ends first.
+    A stage keeps the place of its first take, so that none is labelled by one that it has labelled. A stage whose job
+    failed or was cancelled is passed over. One whose job has not ended may have all poses, so that a stage before it
+    must not be taken: the answer would depend on which job ends first.
 
     Parameters
     ----------
@@ -313,7 +319,9 @@ def labelled_before(session: Session, stage: Stage) -> tuple[LabelledStage | Non
         That job.
     """
     labels = set(stage.surgery.vertebrae)
-    for stage_id, name, take, job_id, state in session.execute(_LATEST_BEFORE, _place(stage)):
+    for stage_id, name, take, job_id, state in session.execute(
+        _LATEST_BEFORE, {"surgery_id": stage.surgery_id, "place": stage.place}
+    ):
         if state not in FINAL_STATES:
             return None, job_id
         if state is JobState.SUCCEEDED:
@@ -326,41 +334,19 @@ def labelled_before(session: Session, stage: Stage) -> tuple[LabelledStage | Non
     return None, None
 
 
-def _place(stage: Stage) -> dict[str, Any]:
-    """Return the values of the queries for the stages before a stage."""
-    return {
-        "surgery_id": stage.surgery_id,
-        "name": stage.name,
-        "created_at": stage.created_at,
-        "stage_id": stage.id,
-    }
-
-
 _WHOLE = (
     select(Stage)
     .where(Stage.id == bindparam("stage_id"))
     .options(joinedload(Stage.surgery), joinedload(Stage.calibration), selectinload(Stage.further_pairs))
 )
 _TRIADS = select(Triad.triad).where(Triad.stage_id == bindparam("stage_id")).order_by(Triad.position)
-_created_at = bindparam("created_at", type_=Stage.created_at.type)
-_BEFORE = (
-    Stage.surgery_id == bindparam("surgery_id"),
-    Stage.name != bindparam("name"),
-    or_(
-        Stage.created_at < _created_at,
-        and_(Stage.created_at == _created_at, Stage.id < bindparam("stage_id")),
-    ),
-)
-"""Conditions of the stages of other names that were submitted before a stage."""
 _LATEST_BEFORE = (
     select(Stage.id, Stage.name, Stage.take, Job.id, Job.state)
     .join(Stage.job)
-    .where(*_BEFORE)
-    .order_by(
-        Stage.created_at.desc(), Stage.take.desc(), Stage.id.desc()
-    )  # revisions have the time of their take
+    .where(Stage.surgery_id == bindparam("surgery_id"), Stage.place < bindparam("place"))
+    .order_by(*(column.desc() for column in IN_ORDER))
 )
-_TAKEN_BEFORE = (
+_SENT_BEFORE = (
     select(
         Stage.id,
         Stage.name,
@@ -368,9 +354,15 @@ _TAKEN_BEFORE = (
         Stage.left_exposed_at,
         Stage.left_sha256,
         Stage.right_sha256,
+        Stage.place,
     )
-    .where(*_BEFORE, Stage.revised_take.is_(None))  # a revision has the images of its take
-    .order_by(Stage.created_at, Stage.id)
+    .where(
+        Stage.surgery_id == bindparam("surgery_id"),
+        Stage.name != bindparam("name"),
+        Stage.number < bindparam("number"),
+        Stage.revised_take.is_(None),  # a revision has the images of its take
+    )
+    .order_by(Stage.number)
 )
 _STRIPS = select(FeatureList.stage_id, FeatureList.side, FeatureList.strip).where(
     FeatureList.stage_id.in_(bindparam("stage_ids", expanding=True))

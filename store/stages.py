@@ -20,6 +20,9 @@ from store.tables.measurements import Measurement
 from store.tables.stages import FurtherPair, Stage
 from store.tables.surgeries import Surgery
 
+IN_ORDER = (Stage.place, Stage.take)
+"""The order of the stages of a surgery: that in which their names were first submitted; takes of a name by number."""
+
 
 def find(session: Session, surgery_id: str, name: str) -> Stage | None:
     """Return the latest take of a stage with its images, job and measurement.

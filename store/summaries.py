@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session, aliased
 
 from contract.job import JobState
 from contract.spine_setup import StoredSpineSetup
-from store import retention, spine_plans, spine_setups, spines
+from store import retention, spine_plans, spine_setups, spines, stages
 from store.errors import NotFoundError
 from store.images import StoredImage
 from store.spines import StoredSpine
@@ -95,7 +95,7 @@ class SummaryRows:
     setup
         The setup of its spine, None without one.
     stages
-        The take of each stage whose results count, oldest first.
+        The take of each stage whose results count, in their order.
     """
 
     surgery: Surgery
@@ -141,13 +141,13 @@ def get(session: Session, surgery_id: str) -> SummaryRows:
     if setup is not None:
         measured = [(row.stage, row.stage.id in posed) for row in shown if row.version is not None]
         computed = spines.stored(session, surgery_id, spine_plans.plans_of(setup, measured))
-    stages = [
+    complete = [
         row
         if row.version is None
         else replace(row, triads=triads.get(row.stage.id, []), spine=computed.get(row.stage.id))
         for row in shown
     ]
-    return SummaryRows(surgery, setup, stages)
+    return SummaryRows(surgery, setup, complete)
 
 
 def _stage_row(row: Sequence[Any]) -> StageRow:
@@ -191,7 +191,7 @@ _TAKES = (  # outer joins, so that SQLite begins with the stages
     .outerjoin(_RIGHT, _RIGHT.sha256 == Stage.right_sha256)
     .outerjoin(Measurement, Measurement.stage_id == Stage.id)
     .where(Stage.surgery_id == bindparam("surgery_id"))
-    .order_by(Stage.created_at, Stage.id)
+    .order_by(*stages.IN_ORDER)
 )
 _TRIADS = (
     select(Triad.stage_id, cast(Triad.triad, Text), spine_plans.is_posed(bindparam("vertebra")))

@@ -159,7 +159,8 @@ def time_flags(work: StageWork, tolerance: timedelta) -> Iterator[Flag]:
     Yields
     ------
     Flag
-        ``time-implausible``: taken before its calibration, or before a stage that was sent earlier.
+        ``time-implausible``: taken before its calibration, before a stage that comes before it, or after one that comes
+        after it, of those that were sent earlier.
     """
     captured = work.captured_at
     if captured is None:
@@ -176,13 +177,20 @@ def time_flags(work: StageWork, tolerance: timedelta) -> Iterator[Flag]:
             f"the stage was captured {_span(calibrated - captured)} before the rig {how}"
             f" ({_iso(captured)}, {_iso(calibrated)}); check the clocks and the calibration",
         )
-    times = [(stage.captured_at, stage.name) for stage in work.earlier if stage.captured_at is not None]
-    latest, name = max(times, default=(captured, ""))
+    advice = "check the clock, and that the images belong to this stage"
+    latest, name = max(_times(work, follows=False), default=(captured, ""))
     if captured < latest - tolerance:
         yield Flag(
             "time-implausible",
             f"the stage was captured {_span(latest - captured)} before stage {name}, which was sent earlier"
-            f" ({_iso(captured)}, {_iso(latest)}); check the clock, and that the images belong to this stage",
+            f" ({_iso(captured)}, {_iso(latest)}); {advice}",
+        )
+    first, name = min(_times(work, follows=True), default=(captured, ""))
+    if captured > first + tolerance:
+        yield Flag(
+            "time-implausible",
+            f"the stage was captured {_span(captured - first)} after stage {name}, which comes after its first take"
+            f" ({_iso(captured)}, {_iso(first)}); {advice}",
         )
 
 
@@ -265,6 +273,15 @@ def gray_level_digests(frames: tuple[Frame, Frame]) -> dict[Side, str]:
         Digests, hexadecimal, by side.
     """
     return {frame.side: hashlib.sha256(frame.pixels.tobytes()).hexdigest() for frame in frames}
+
+
+def _times(work: StageWork, *, follows: bool) -> list[tuple[datetime, str]]:
+    """Return time and name of the earlier stages that come after the stage, or of those that come before it."""
+    return [
+        (stage.captured_at, stage.name)
+        for stage in work.earlier
+        if stage.captured_at is not None and stage.follows is follows
+    ]
 
 
 def _is_in_doubt(

@@ -153,8 +153,9 @@ KINDS = (
     FlagKind(
         "time-implausible",
         "stage",
-        "The stage was captured before its calibration was made (or stored, if that time is unknown), or before a"
-        " stage that was sent earlier, by more than `SPINEWATCH_CLOCK_TOLERANCE_SECONDS`.",
+        "The stage was captured before its calibration was made (or stored, if that time is unknown), before a stage"
+        " that was sent earlier, or, as a later take, after a stage that comes after it, by more than"
+        " `SPINEWATCH_CLOCK_TOLERANCE_SECONDS`.",
         "Check the clock of the cart, the calibration that was named, and that the images belong to this stage.",
         "0 with clocks within the tolerance of 300 s; stages that are sent in another order than they were captured"
         " are flagged.",

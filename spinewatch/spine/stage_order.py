@@ -28,7 +28,7 @@ def comparisons(stages: Sequence[tuple[str, bool]], baseline: str | None = None)
     Parameters
     ----------
     stages
-        Name of each measured stage in order of submission, and whether it has a pose of the reference triad.
+        Name of each measured stage in their order, and whether it has a pose of the reference triad.
     baseline
         Name of the baseline stage; None for the first stage with a pose of the reference triad.
 

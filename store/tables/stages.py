@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import datetime
 from typing import TYPE_CHECKING
 
-from sqlalchemy import JSON, ForeignKey, Index, String, UniqueConstraint, func, select
+from sqlalchemy import JSON, ForeignKey, Index, String, UniqueConstraint, func, select, text
 from sqlalchemy.orm import Mapped, column_property, mapped_column, relationship
 
 from store.tables.base import Base, Document
@@ -38,7 +38,10 @@ class FurtherPair(Base):
 class Stage(Base):
     """One take of a stage: a stereo pair, or the first pair of a burst, and the calibration it was taken with.
 
-    A revision is a take with the images and the time of an earlier one, ``revised_take``: ``changes``
+    ``number`` counts the submissions to a surgery from 1, whatever the clock says. ``place`` is the number of the first
+    take of the name: it gives the order of the stages (`store.stages.IN_ORDER`).
+
+    A revision is a take with the images, the time and the number of an earlier one, ``revised_take``: ``changes``
     (``contract.revision.NewRevision``) are what was asked for at ``revised_at`` by ``revised_by``. For a take with
     images of its own ``changes`` are what was sent of its measurement (``contract.measuring.Measuring``), if anything
     was.
@@ -49,6 +52,7 @@ class Stage(Base):
         UniqueConstraint("surgery_id", "name", "take"),
         Index(None, "surgery_id", "created_at"),
         Index(None, "calibration_id", "created_at"),
+        Index(None, "surgery_id", "place", "take", unique=True),
     )
 
     id: Mapped[str] = mapped_column(String(36), primary_key=True)
@@ -66,6 +70,8 @@ class Stage(Base):
     changes: Mapped[Document | None] = mapped_column(JSON(none_as_null=True))
     revised_at: Mapped[datetime | None]
     revised_by: Mapped[str | None] = mapped_column(String(128))
+    number: Mapped[int] = mapped_column(server_default=text("0"))
+    place: Mapped[int] = mapped_column(server_default=text("0"))
 
     surgery: Mapped[Surgery] = relationship(back_populates="stages", lazy="raise")
     calibration: Mapped[Calibration] = relationship(lazy="raise")

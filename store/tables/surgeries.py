@@ -28,7 +28,7 @@ class Surgery(Base):
     created_at: Mapped[datetime] = mapped_column(index=True)
 
     stages: Mapped[list[Stage]] = relationship(
-        back_populates="surgery", order_by="Stage.created_at, Stage.take", lazy="raise"
+        back_populates="surgery", order_by="Stage.place, Stage.take", lazy="raise"
     )
 
 

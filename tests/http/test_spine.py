@@ -488,3 +488,25 @@ def test_an_export_that_there_is_not(service: Service, with_spines: str) -> None
     assert code_of(service.client.get(f"{url}/gltf?stage=NEVER"), 422) == "unknown-stage"
     assert code_of(service.client.get(f"{url}/fhir?stage=PRE"), 422) == "stage-not-selectable"
     assert code_of(service.client.get("/v1/surgeries/none/exports/json"), 404) == "surgery-not-found"
+
+
+def test_a_first_stage_that_fails_and_is_sent_again_after_the_next_is_the_baseline(
+    service: Service, calibration: str
+) -> None:
+    surgery = service.surgery()
+    put(service, surgery)
+    left, right = pair("PRE")
+    broken = left[:1000] + bytes(2000) + left[3000:]
+    for name, images in (("PRE", (broken, right)), ("POST", pair("POST")), ("PRE", (left, right))):
+        service.finished(service.submit(surgery, name, images, calibration))
+
+    def settled() -> bool:
+        after = computed(service, surgery, "POST")
+        return after.since_baseline is not None and after.since_baseline.since.name == "PRE"
+
+    wait_for(settled, "the spine of POST after that of PRE")
+    assert computed(service, surgery, "PRE").since_baseline is None
+    summary = service.client.get(f"/v1/surgeries/{surgery}/summary").json()
+    stages = service.client.get(f"/v1/surgeries/{surgery}").json()["stages"]
+    assert [(stage["name"], stage["take"]) for stage in summary["stages"]] == [("PRE", 2), ("POST", 1)]
+    assert [(stage["name"], stage["take"]) for stage in stages] == [("PRE", 1), ("PRE", 2), ("POST", 1)]

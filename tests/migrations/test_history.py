@@ -8,9 +8,10 @@ from sqlalchemy import inspect, text
 from sqlalchemy.exc import DBAPIError, IntegrityError
 
 from contract.job import JobState
+from contract.revision import Remeasurement
 from contract.spine import StageSpine
 from migrations.history import config, head, upgrade
-from store import jobs, leases, spine_jobs, spine_setups, spines, stages, summaries
+from store import jobs, leases, spine_jobs, spine_setups, spines, stage_submission, stages, summaries
 from store.database import Database
 from store.measurements import MeasuredStage
 from store.revision import REVISION, current_revision, require_revision
@@ -23,7 +24,9 @@ from tests.store.builders import (
     LEASE,
     NOON,
     WORKER,
+    at,
     claimed,
+    end,
     new_stage,
     new_surgery,
     spine_setup,
@@ -106,6 +109,7 @@ def test_images_that_move_within_their_rows_stay_as_they_are(empty: Database, re
     upgrade(empty.url)
     surgery = new_surgery(empty)
     new_stage(empty, surgery)
+    move(empty, "0020")
     before = contents(empty)
     move(empty, "0018")
     move(empty, revision)
@@ -123,6 +127,7 @@ def test_the_way_back_loses_strips_and_nothing_else(empty: Database) -> None:
     upgrade(empty.url)
     lease = claimed(empty, new_stage(empty, new_surgery(empty)).job.id)
     succeed(empty, lease, result=MeasuredStage(stage_result(), strips={"left": b"strip"}))
+    move(empty, "0020")
     before = contents(empty)
     move(empty, "0019")
     after = contents(empty)
@@ -130,6 +135,24 @@ def test_the_way_back_loses_strips_and_nothing_else(empty: Database) -> None:
     assert after == before
     upgrade(empty.url)
     assert [row["strip"] for row in contents(empty)["features"]] == [None, None]
+
+
+def test_stages_that_are_there_get_their_place_by_the_events_and_stay_as_they_are(empty: Database) -> None:
+    upgrade(empty.url)
+    surgery = new_surgery(empty)
+    end(empty, new_stage(empty, surgery, "PRE").job.id, JobState.FAILED)
+    new_stage(empty, surgery, "POST", now=at(-600))
+    end(empty, new_stage(empty, surgery, "PRE", now=at(-300)).job.id, JobState.SUCCEEDED)
+    with empty.write() as session:
+        stage_submission.revise(session, surgery, "PRE", Remeasurement(kind="measure", take=2), at(9), CLIENT)
+    new_stage(empty, new_surgery(empty))
+    before = contents(empty)
+    move(empty, "0020")
+    assert not {"number", "place"} & set(contents(empty)["stages"][0])
+    upgrade(empty.url)
+    assert contents(empty) == before
+    with pytest.raises(DBAPIError, match="the record never changes"), empty.write() as session:
+        session.execute(text("UPDATE stages SET place = 1"))
 
 
 def test_a_spine_of_no_measurement_is_refused(empty: Database) -> None:

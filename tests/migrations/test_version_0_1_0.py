@@ -111,3 +111,10 @@ def test_work_goes_on_after_an_upgrade(old: Database) -> None:
         stage = stages.get(session, "s", "POST")
     assert stage.job.state is JobState.FAILED
     assert request != "r"
+
+
+def test_stages_from_before_there_were_events_have_the_order_of_their_times(old: Database) -> None:
+    upgrade(old.url)
+    with old.read() as session:
+        found = [stages.get(session, "s", name) for name in ("PRE", "POST")]
+    assert [(stage.number, stage.place) for stage in found] == [(1, 1), (2, 2)]

@@ -2,11 +2,13 @@
 
 import pytest
 
+from contract.job import JobState
 from contract.stage_reference import StageReference
 from store import spine_plans, spine_setups, surgeries
 from store.database import Database
 from store.spine_plans import StagePlan
 from tests.store.builders import at, claimed, new_stage, stage_result, succeed, triad, without_pose
+from tests.store.builders import end as fail
 from tests.store.spines import configured, end, measured
 
 
@@ -66,6 +68,21 @@ def test_plans_do_not_depend_on_the_order_in_which_jobs_end(
         ("INTER", "PRE", "PRE"),
         ("POST", "PRE", "INTER"),
     ]
+
+
+def test_the_baseline_depends_neither_on_a_retake_nor_on_the_clock(database: Database) -> None:
+    surgery = configured(database)
+    fail(database, new_stage(database, surgery, "PRE", now=at(1)).job.id, JobState.FAILED)
+    measured(database, surgery, "POST", -600)
+    (before,) = planned(database, surgery)
+    measured(database, surgery, "PRE", -300)
+    plans = planned(database, surgery)
+    assert [(p.reference.name, p.baseline, p.previous) for p in plans] == [
+        ("PRE", "PRE", None),
+        ("POST", "PRE", "PRE"),
+    ]
+    assert before.baseline == "POST"
+    assert before.fingerprint != plans[1].fingerprint  # so that POST is computed again
 
 
 def test_the_stages_are_named_with_take_and_calibration(database: Database) -> None:

@@ -1,12 +1,13 @@
 import pytest
 from sqlalchemy import select
 
+from contract.job import JobState
 from contract.spine_setup import NewRebaseline, SpineSetup
 from store import spine_setups
 from store.database import Database
 from store.errors import NotFoundError, RebaselineExistsError, SetupMissingError
 from store.tables.events import Event
-from tests.store.builders import CLIENT, NOON, at, new_stage, new_surgery, spine_setup
+from tests.store.builders import CLIENT, NOON, at, end, new_stage, new_surgery, spine_setup
 
 
 def put(database: Database, surgery: str, setup: SpineSetup, second: float = 0.0) -> bool:
@@ -80,10 +81,11 @@ def test_the_same_marker_is_not_clamped_again_twice(database: Database) -> None:
         spine_setups.add_rebaseline(session, surgery, new, NOON, CLIENT)
 
 
-def test_the_context_names_each_stage_once_in_order_of_submission(database: Database) -> None:
+def test_the_context_names_each_stage_once_in_their_order(database: Database) -> None:
     surgery = new_surgery(database)
-    new_stage(database, surgery, "POST", now=at(2))
-    new_stage(database, surgery, "PRE", (b"a", b"b"), now=at(1))
+    end(database, new_stage(database, surgery, "PRE", now=at(2)).job.id, JobState.FAILED)
+    new_stage(database, surgery, "POST", (b"a", b"b"), now=at(1))
+    new_stage(database, surgery, "PRE", now=at(3))
     with database.read() as session:
         context = spine_setups.context(session, surgery)
     assert list(context.stages) == ["PRE", "POST"]

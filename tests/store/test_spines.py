@@ -68,6 +68,13 @@ def test_a_stored_spine_comes_out_as_it_is(database: Database) -> None:
     assert load(database, surgery, "0.3.0").outdated == {stage}
 
 
+def test_poses_are_in_the_order_of_the_stages_whatever_the_clock_says(database: Database) -> None:
+    surgery = configured(database)
+    measured(database, surgery, "PRE", 1)
+    measured(database, surgery, "POST", -60)
+    assert list(load(database, surgery).poses) == ["PRE", "POST"]
+
+
 def test_only_stages_whose_inputs_changed_are_computed_again(database: Database) -> None:
     surgery = configured(database)
     measured(database, surgery, "PRE", 1)

@@ -58,6 +58,20 @@ def test_a_name_in_use_is_refused(database: Database, state: JobState) -> None:
 ALL = [triad(label) for label in ("L1", "T11", "T9", "T7")]
 
 
+def test_a_stage_keeps_the_place_of_its_first_take_whatever_the_clock_says(database: Database) -> None:
+    surgery = new_surgery(database)
+    end(database, new_stage(database, surgery).job.id, JobState.FAILED)
+    post = new_stage(database, surgery, "POST", now=at(-600))
+    again = new_stage(database, surgery, now=at(-1200))
+    end(database, again.job.id, JobState.SUCCEEDED)
+    with database.write() as session:
+        changes = Remeasurement(kind="measure", take=2)
+        revision = stage_submission.revise(session, surgery, "PRE", changes, at(-1800), CLIENT)
+    rows = [(stage.number, stage.place, stage.take) for stage in (post, again, revision)]
+    assert rows == [(2, 2, 1), (3, 1, 2), (3, 1, 3)]
+    assert new_stage(database, new_surgery(database)).number == 1
+
+
 def test_a_burst_is_stored_in_order(database: Database) -> None:
     surgery = new_surgery(database)
     further = [NewPair(image(b"l%d" % k), image(b"r%d" % k), at(k), at(k)) for k in (2, 1)]

@@ -36,8 +36,8 @@ def test_work_is_images_rig_and_labels(database: Database) -> None:
 def test_work_has_the_stages_submitted_before_whatever_became_of_them(database: Database) -> None:
     surgery = new_surgery(database)
     new_stage(database, new_surgery(database), "OTHER", now=at(-9))
-    end(database, new_stage(database, surgery, "LATE", now=at(-2)).job.id, JobState.FAILED)
-    new_stage(database, surgery, "EARLY", (b"l", b"r"), at(-3), captured_at=at(-60))
+    new_stage(database, surgery, "EARLY", (b"l", b"r"), at(-2), captured_at=at(-60))
+    end(database, new_stage(database, surgery, "LATE", now=at(-3)).job.id, JobState.FAILED)
     end(database, new_stage(database, surgery, now=at(-1)).job.id, JobState.CANCELLED)
     stage = new_stage(database, surgery, captured_at=at(-5))
     new_stage(database, surgery, "AFTER", now=at(1))
@@ -46,6 +46,7 @@ def test_work_has_the_stages_submitted_before_whatever_became_of_them(database: 
     assert [earlier.name for earlier in work.earlier] == ["EARLY", "LATE"]
     assert [earlier.captured_at for earlier in work.earlier] == [at(-60), None]
     assert [earlier.is_compared for earlier in work.earlier] == [False, True]
+    assert not any(earlier.follows for earlier in work.earlier)
     assert work.earlier[1].sha256 == work.sha256
     assert (work.captured_at, work.calibrated_at) == (at(-5), None)
     assert work.calibration_created_at == NOON
@@ -122,3 +123,19 @@ def test_a_revision_decides_on_the_labels_of_later_stages_and_repeats_no_image(d
     assert work.labelled is not None
     assert (work.labelled.name, work.labelled.take) == ("PRE", 2)
     assert [earlier.name for earlier in work.earlier] == ["PRE"]
+
+
+def test_a_retake_is_compared_with_all_stages_before_it_and_labelled_by_none_that_follows(
+    database: Database,
+) -> None:
+    surgery = new_surgery(database)
+    end(database, new_stage(database, surgery).job.id, JobState.FAILED)
+    post = new_stage(database, surgery, "POST", (b"l", b"r"), at(-60))
+    succeed(database, claimed(database, post.job.id), result=stage_result(ALL))
+    again = new_stage(database, surgery, now=at(-120))
+    with database.read() as session:
+        work, later = (stage_work.work(session, stage.id) for stage in (again, post))
+    assert [(earlier.name, earlier.follows) for earlier in work.earlier] == [("POST", True)]
+    assert (work.labelled, work.unended_job) == (None, None)
+    assert [(earlier.name, earlier.follows) for earlier in later.earlier] == [("PRE", False)]
+    assert decided(database, post) == (None, again.job.id)

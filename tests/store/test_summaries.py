@@ -3,6 +3,7 @@ import json
 import pytest
 from sqlalchemy import event
 
+from contract.job import JobState
 from contract.spine import StageSpine
 from store import jobs, spine_setups, spines, summaries
 from store.database import Database
@@ -15,6 +16,7 @@ from tests.store.builders import (
     WORKER,
     at,
     claimed,
+    end,
     new_stage,
     new_surgery,
     spine_setup,
@@ -70,6 +72,16 @@ def test_only_the_latest_take_counts(database: Database) -> None:
         found = summaries.get(session, surgery)
     assert [row.stage.id for row in found.stages] == [second.id]
     assert found.setup is None
+
+
+def test_stages_keep_their_order_when_one_is_taken_again_or_the_clock_goes_back(database: Database) -> None:
+    surgery = new_surgery(database)
+    end(database, new_stage(database, surgery).job.id, JobState.FAILED)
+    new_stage(database, surgery, "POST", now=at(-60))
+    new_stage(database, surgery, now=at(60))
+    with database.read() as session:
+        found = summaries.get(session, surgery)
+    assert [(row.stage.name, row.stage.take) for row in found.stages] == [("PRE", 2), ("POST", 1)]
 
 
 def test_the_number_of_queries_does_not_depend_on_the_number_of_stages(database: Database) -> None:

@@ -6,7 +6,7 @@ from store import surgeries
 from store.database import Database
 from store.errors import NotFoundError
 from store.page import PageRequest
-from tests.store.builders import CLIENT, NOON, new_stage, new_surgery
+from tests.store.builders import CLIENT, NOON, at, end, new_stage, new_surgery
 
 
 def test_a_surgery_comes_with_its_stages_and_their_jobs(database: Database) -> None:
@@ -19,6 +19,16 @@ def test_a_surgery_comes_with_its_stages_and_their_jobs(database: Database) -> N
     assert row.extra_levels == []
     assert [(stage.name, stage.job.state) for stage in row.stages] == [("PRE", JobState.QUEUED)]
     assert (listed.total, listed.items[0].id) == (1, surgery)
+
+
+def test_stages_keep_their_order_when_one_is_taken_again_or_the_clock_goes_back(database: Database) -> None:
+    surgery = new_surgery(database)
+    end(database, new_stage(database, surgery).job.id, JobState.FAILED)
+    new_stage(database, surgery, "POST", now=at(-60))
+    new_stage(database, surgery, now=at(60))
+    with database.read() as session:
+        row = surgeries.get_with_stages(session, surgery)
+    assert [(stage.name, stage.take) for stage in row.stages] == [("PRE", 1), ("PRE", 2), ("POST", 1)]
 
 
 def test_an_unknown_surgery(database: Database) -> None:

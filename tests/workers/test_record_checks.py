@@ -227,6 +227,13 @@ def test_a_stage_before_one_that_was_sent_earlier_is_flagged() -> None:
     assert "30 minutes before stage PRE, which was sent earlier" in detail
 
 
+def test_a_later_take_is_not_before_the_stages_that_follow_it_but_after_them() -> None:
+    follows = replace(earlier("POST", captured_at=NOON + 2 * HOUR), follows=True)
+    assert flagged(work(before=[follows], captured_at=NOON)) == []
+    (detail,) = flagged(work(before=[follows], captured_at=NOON + 3 * HOUR))
+    assert "60 minutes after stage POST, which comes after its first take" in detail
+
+
 def test_a_frozen_view_within_a_burst_is_flagged_once() -> None:
     pairs: list[dict[Side, str]] = [
         {"left": "a", "right": "b"},

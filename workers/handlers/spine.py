@@ -58,7 +58,7 @@ class SpineHandler(Handler[SpineWork, Sequence[ComputedSpine]]):
         Returns
         -------
         sequence of ComputedSpine
-            In order of submission.
+            In the order of the stages.
         """
         if work.setup is None:
             return ()
