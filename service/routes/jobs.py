@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Response
+from sqlalchemy.orm import Session
 from starlette.concurrency import run_in_threadpool
 
 from contract.base import Identifier
@@ -18,7 +19,7 @@ from service.paging import CreatedDep, CreatedSort, Paging, PartDep, StateFilter
 from service.parameters import JobId
 from service.problems import problem
 from service.watch import WatchDep
-from store import job_lists, jobs, leases, tables
+from store import job_lists, jobs, leases, retention, tables
 from store.clock import utc_now
 from store.database import Database
 
@@ -67,7 +68,7 @@ def list_jobs(
     return document_response(Listing[Job].model_validate(paging.document(page, items)), part.if_none_match)
 
 
-@router.get("/{job_id}", responses={**NOT_MODIFIED, **problems(404, 422)}, response_model=Job)
+@router.get("/{job_id}", responses={**NOT_MODIFIED, **problems(404, 410, 422)}, response_model=Job)
 async def get_job(
     job_id: JobId,
     database: DatabaseDep,
@@ -91,18 +92,27 @@ async def get_job(
     return document_response(job, if_none_match)
 
 
-@router.post("/{job_id}/cancel", responses=problems(404, 409), response_model=Job)
+@router.post("/{job_id}/cancel", responses=problems(404, 409, 410), response_model=Job)
 def cancel_job(job_id: JobId, once: OnceDep, actor: ActorDep) -> Response:
     """Cancel a job that has not ended; if a worker is running it, the result is discarded."""
     with once.write() as session:
+        _present(session, job_id)
         row = jobs.cancel(session, job_id, utc_now(), actor)
         return once.answer(job_of(row, row.stage), 200)
 
 
 def _read(database: Database, job_id: str) -> Job:
     with database.read() as session:
-        row = jobs.get(session, job_id)
+        row = _present(session, job_id)
         return job_of(row, row.stage)
+
+
+def _present(session: Session, job_id: str) -> tables.jobs.Job:
+    """Return a job, unless its surgery was deleted: such a job answers as every path of the surgery does."""
+    row = jobs.get(session, job_id)
+    if row.surgery_id is not None:
+        retention.require_present(session, row.surgery_id)
+    return row
 
 
 def _error(row: tables.jobs.Job) -> Problem | None:

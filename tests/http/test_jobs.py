@@ -34,6 +34,15 @@ def test_a_cancelled_stage_is_not_measured_and_may_be_taken_again(idle: Service)
     idle.kill_workers()
 
 
+def test_a_job_of_a_deleted_surgery_answers_as_the_surgery_does(idle: Service) -> None:
+    surgery = idle.surgery()
+    job = idle.submit(surgery, "PRE", pair("PRE"), idle.calibration())
+    assert idle.client.delete(f"/v1/surgeries/{surgery}").status_code == 204
+    assert code_of(idle.client.get(f"/v1/surgeries/{surgery}"), 410) == "surgery-deleted"
+    assert code_of(idle.client.get(f"/v1/jobs/{job}"), 410) == "surgery-deleted"
+    assert code_of(idle.client.post(f"/v1/jobs/{job}/cancel"), 410) == "surgery-deleted"
+
+
 def test_an_unknown_job(idle: Service) -> None:
     assert code_of(idle.client.get("/v1/jobs/none"), 404) == "job-not-found"
     assert code_of(idle.client.post("/v1/jobs/none/cancel"), 404) == "job-not-found"
