@@ -29,7 +29,7 @@ from store.errors import (
     NotFoundError,
     SurgeryDeletedError,
 )
-from store.unavailable import is_unavailable
+from store.unavailable import disk_is_full, is_unavailable
 
 MEDIA_TYPE = "application/problem+json"
 
@@ -206,9 +206,12 @@ def database_problem(error: SQLAlchemyError) -> tuple[Problem, Mapping[str, str]
     if not is_unavailable(error):
         raise error
     _log.error("database_unavailable", error=str(getattr(error, "orig", error)))
-    return problem(503, "the database is not available; try again", "database-unavailable"), {
-        "Retry-After": "1"
-    }
+    detail = "the database is not available; try again"
+    if disk_is_full(error):
+        detail = (
+            "the disk of the database is full, and nothing was stored; make room on it, then send this again"
+        )
+    return problem(503, detail, "database-unavailable"), {"Retry-After": "1"}
 
 
 def _safe(part: str | int) -> str | int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sqlite3
 
-from psycopg.errors import IdleInTransactionSessionTimeout, UndefinedColumn, UndefinedTable
+from psycopg.errors import DiskFull, IdleInTransactionSessionTimeout, UndefinedColumn, UndefinedTable
 from sqlalchemy.exc import DBAPIError, OperationalError, TimeoutError
 
 
@@ -31,6 +31,26 @@ def is_unavailable(error: BaseException) -> bool:
     return isinstance(error, DBAPIError) and (
         error.connection_invalidated or isinstance(error.orig, IdleInTransactionSessionTimeout)
     )
+
+
+def disk_is_full(error: BaseException) -> bool:
+    """Return whether an error says that the database has no room on its disk: somebody has to make some.
+
+    Parameters
+    ----------
+    error
+        An error of a transaction.
+
+    Returns
+    -------
+    bool
+        Whether the disk is full.
+    """
+    if not isinstance(error, DBAPIError):
+        return False
+    if isinstance(error.orig, sqlite3.OperationalError):
+        return getattr(error.orig, "sqlite_errorcode", None) == sqlite3.SQLITE_FULL
+    return isinstance(error.orig, DiskFull)
 
 
 def tables_are_missing(error: BaseException) -> bool:

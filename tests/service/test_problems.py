@@ -1,3 +1,4 @@
+import sqlite3
 from errno import ENOSPC
 from typing import Any
 
@@ -90,6 +91,15 @@ def test_a_database_that_cannot_be_reached_is_temporary() -> None:
     document = raised(error)
     assert (document["status"], document["type"]) == (503, "urn:spinewatch:problem:database-unavailable")
     assert "secret" not in document["detail"]
+
+
+def test_a_full_disk_is_said_with_what_to_do() -> None:
+    full = sqlite3.OperationalError("database or disk is full")
+    full.sqlite_errorcode = sqlite3.SQLITE_FULL
+    document = raised(OperationalError("INSERT secret", {}, full))
+    assert (document["status"], document["type"]) == (503, "urn:spinewatch:problem:database-unavailable")
+    assert "the disk of the database is full" in document["detail"]
+    assert "make room" in document["detail"]
 
 
 def test_an_invalid_body_names_the_fields_and_does_not_repeat_them(app: FastAPI) -> None:
