@@ -48,6 +48,11 @@ UNSEEN = (
         "the images are a consistent stage; only their times can be checked",
     ),
     (
+        "images of another surgery",
+        "the same pair is measured again as another surgery in research, and with the sample; what is stored of one"
+        " surgery tells nothing of another, which may be purged; the SHA-256 of each image is in its stage",
+    ),
+    (
         "half a pixel between the pixel origins of two programs",
         "the principal point absorbs it; the residuals do not change",
     ),
