@@ -87,9 +87,9 @@ interface ContentProps {
 }
 
 function Content({ id, stage, page, stale, summary }: ContentProps): VNode {
-  const groups = useMemo(() => stageGroups(page.items), [page]);
   const [retakeOf, setRetakeOf] = useState<string | null>(null);
   const known = summary.state === "ready" ? summary.value : null;
+  const groups = useMemo(() => stageGroups(page.items, known), [page, known]);
   const selected = selectedGroup(groups, stage);
   const shown = selected?.counted.state === "succeeded" ? selected.name : null;
   return (

@@ -14,13 +14,20 @@ export interface StageGroup {
   readonly time: string;
 }
 
-/** The stages of a surgery in the order in which their first takes were sent. */
-export function stageGroups(takes: readonly Stage[]): StageGroup[] {
+/**
+ * The stages of a surgery in the order of its summary, which does not depend on the clock. Those that a summary does not
+ * have yet come after them, in the order in which their first takes were sent.
+ */
+export function stageGroups(takes: readonly Stage[], summary: SurgerySummary | null = null): StageGroup[] {
+  const places = new Map(summary?.stages.map(({ name }, place) => [name, place]));
+  const placeOf = (name: string): number => places.get(name) ?? places.size;
   const byName = new Map<string, Stage[]>();
   for (const take of [...takes].sort(byCreation)) {
     byName.set(take.name, [...(byName.get(take.name) ?? []), take]);
   }
-  return [...byName.entries()].flatMap(([name, own]) => {
+  const ordered = [...byName.entries()].sort(([one], [other]) => placeOf(one) - placeOf(other));
+  return ordered.flatMap(([name, sent]) => {
+    const own = sent.sort((one, other) => one.take - other.take);
     const latest = own.at(-1);
     if (latest === undefined) return [];
     const counted = own.findLast(({ state }) => state === "succeeded") ?? latest;

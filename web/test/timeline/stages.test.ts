@@ -33,6 +33,24 @@ describe("stageGroups", () => {
     ]);
   });
 
+  it("has the order of the summary and of the numbers of takes, whatever the clock said", () => {
+    const summary = { stages: [{ name: "PRE" }, { name: "INTER" }] } as unknown as SurgerySummary;
+    const groups = stageGroups(
+      [
+        stage({ name: "POST", created_at: "2026-11-21T07:00:00Z" }),
+        stage({ name: "INTER", created_at: "2026-11-21T08:00:00Z" }),
+        stage({ name: "PRE", take: 2, created_at: "2026-11-21T09:00:00Z" }),
+        stage({ name: "PRE", created_at: "2026-11-21T10:00:00Z" }),
+      ],
+      summary,
+    );
+    expect(groups.map(({ name, latest }) => [name, latest.take])).toEqual([
+      ["PRE", 2],
+      ["INTER", 1],
+      ["POST", 1],
+    ]);
+  });
+
   it("counts the latest measured take, and shows the latest one as active", () => {
     const [group] = stageGroups([
       stage({ take: 3, state: "running", created_at: "2026-11-21T12:00:00Z" }),
