@@ -15,7 +15,6 @@ from spinewatch.planning.accuracy import ExpectedAccuracy, expected_accuracy, st
 from spinewatch.planning.depth_range import DepthAccuracy, accuracy_over_depth, pixel_mm
 from spinewatch.planning.marker_ambiguity import MarkerAmbiguity, marker_ambiguity
 from spinewatch.simulation.rigs import convergence_point
-from spinewatch.triads.pose_fit import PoseParameters
 
 _NEAREST = 0.5
 """Smallest height of the cameras above a triad, of that above the point in which the axes meet."""
@@ -45,7 +44,7 @@ class PlanParameters:
     spacing_mm: float = 50.0
     spine_axis: int = 0
     sigma_px: float = 0.1
-    common_sd_mrad: float = PoseParameters.common_sd_mrad
+    common_sd_mrad: float = 0.12
     heights_mm: tuple[float, ...] = (-60.0, -30.0, 0.0, 30.0, 60.0)
 
 
