@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from commands.shared.configuration import load_settings, require_database
+from commands.shared.files import printable_name
 
 if TYPE_CHECKING:
     from store.audit import Chain
@@ -65,6 +66,7 @@ def export(
     ] = None,
 ) -> None:
     """Copy the audit to a file that only its owner can read."""
+    surgery = None if surgery is None else printable_name(surgery)
     settings = load_settings()
     require_database(settings)
     import json  # noqa: PLC0415 - --help does not need these

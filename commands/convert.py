@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from commands.shared.files import require_ending
+from commands.shared.files import printable_name, require_ending
 from exports.text import single_line
 from spinewatch.rig_files import RigFormat
 
@@ -52,7 +52,7 @@ def convert(
 
     sensor = parse_sensor(_CART_IMAGE_SIZE if image_size is None else image_size, pixel_size)
     size = None if image_size is None else sensor.image_size_px
-    content = read_rig_file(source, source_format, name, size, sensor.pixel_size_mm)
+    content = read_rig_file(source, source_format, printable_name(name), size, sensor.pixel_size_mm)
     write_error = write_rig_file(content.rig, out, target_format)
     for warning in content.warnings:
         typer.echo(single_line(f"warning: {warning}"), err=True)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from commands.shared.configuration import load_settings, require_database
+from commands.shared.files import printable_name
 from spinewatch.errors import SpinewatchError
 
 if TYPE_CHECKING:
@@ -55,8 +56,10 @@ def purge(
     """Remove surgeries with their results and images; a tombstone and the audit stay."""
     if (surgery is None) == (older_than is None):
         raise PurgeError("name one surgery, or give --older-than")
-    if not reason.strip():
+    reason = printable_name(reason.strip())
+    if not reason:
         raise PurgeError("give a reason")
+    surgery = None if surgery is None else printable_name(surgery)
     settings = load_settings()
     require_database(settings)
     from datetime import timedelta  # noqa: PLC0415 - --help does not need these
@@ -78,7 +81,7 @@ def purge(
         for identifier in found:
             if not yes:
                 _confirm(database, identifier)
-            removed, file = _purge(database, identifier, reason.strip(), folder, actor)
+            removed, file = _purge(database, identifier, reason, folder, actor)
             kept = "no export" if file is None else f"export {file}"
             typer.echo(f"{identifier}: {removed.stages} stages, {removed.images} images removed; {kept}")
         if not retention.erase(database, vacuum=not no_vacuum):

@@ -56,7 +56,7 @@ def back_up(url: str, target: Path, progress: Progress = silent) -> int:
     https://www.sqlite.org/lang_vacuum.html: VACUUM INTO reads one state of the database and does not sync its output.
     """
     source = database_file(url)
-    if not source.is_file():
+    if not os.path.isfile(source):
         raise BackupError(f"there is no database at {source}; set SPINEWATCH_DATABASE_URL")
     require_new(target)
     with _new_file(target) as temporary:
@@ -102,7 +102,7 @@ def restore(
         A database exists and may not be replaced, a service uses it, or a file cannot be read or written.
     """
     target = database_file(url)
-    exists = target.exists()
+    exists = os.path.exists(target)
     if exists and not replace:
         raise BackupError(f"there is a database at {target}; give --replace to keep it under another name")
     kept = _kept_name(target, now) if exists else None
@@ -166,9 +166,9 @@ def require_new(target: Path) -> None:
         str(target).encode()
     except UnicodeEncodeError:
         raise BackupError(f"the name {str(target)!a} is not UTF-8; choose another name") from None
-    if target.exists() or target.is_symlink():
+    if os.path.lexists(target):
         raise BackupError(f"{target} exists; choose another name")
-    if not target.parent.is_dir():
+    if not os.path.isdir(target.parent):
         raise BackupError(f"there is no folder {target.parent}; create it or choose another")
 
 
@@ -247,7 +247,7 @@ def _reporter(connection: sqlite3.Connection, copy: Path, progress: Progress) ->
 @contextmanager
 def _unused(target: Path) -> Iterator[None]:
     """Hold a database that no process has open, with everything in its one file."""
-    if not target.is_file():
+    if not os.path.isfile(target):
         yield
         return
     connection = sqlite3.connect(target, isolation_level=None, timeout=0)

@@ -171,8 +171,8 @@ class QueueFile(SqliteStorage):  # type: ignore[misc]
 
 def _may_be_queue(path: Path) -> bool:
     """Return whether a file is a queue or what a power cut may leave of one; it is read as bytes and not touched."""
-    if not path.is_file():
-        return not path.exists()  # a link to nothing
+    if not os.path.isfile(path):
+        return not os.path.exists(path)  # a link to nothing
     with path.open("rb") as stream:
         head = stream.read(len(_HEADER))
     if head and not head.strip(b"\0"):

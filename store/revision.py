@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 from sqlalchemy import text
 from sqlalchemy.exc import SQLAlchemyError
 
@@ -50,7 +52,7 @@ def current_revision(database: Database) -> str | None:
         The revision, None when there is none or the database cannot be read.
     """
     path = sqlite_path(database.url)
-    if path is not None and not path.exists():
+    if path is not None and not os.path.exists(path):
         return None  # connecting would create an empty file
     try:
         with database.engine.connect() as connection:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sqlite3
 from collections.abc import Iterator
 from contextlib import closing
@@ -76,10 +77,10 @@ def verify(copy: Path, progress: Progress = silent) -> Verification:
     BackupError
         It cannot be read, or is not a copy of a database of Spinewatch.
     """
-    if not copy.is_file():
+    if not os.path.isfile(copy):
         raise BackupError(f"there is no file {copy}; name a backup")
     wal = copy.with_name(f"{copy.name}-wal")
-    if wal.exists() and wal.stat().st_size:
+    if os.path.exists(wal) and wal.stat().st_size:
         raise BackupError(
             f"{wal} belongs to {copy}, which a process uses or a plain copy tore from it; make a backup of the database"
             " with: spinewatch backup"

@@ -25,7 +25,7 @@ def require_free_port(host: str, port: int) -> None:
             raise PortTakenError(
                 f"cannot listen on {host} port {port}: {error.strerror}; choose another with --port"
             ) from error
-        except UnicodeError as error:
+        except (UnicodeError, TypeError) as error:  # TypeError: of bytes that are no text
             raise PortTakenError(
                 f"{host!r} is no address to listen on; choose another with --host"
             ) from error

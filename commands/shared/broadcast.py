@@ -37,6 +37,8 @@ class Broadcast:
             raise AddressError(
                 f"cannot listen on {host} port {port}: {_reason(error)}; choose another --host or --port"
             ) from error
+        except (UnicodeError, TypeError) as error:  # TypeError: of bytes that are no text
+            raise AddressError(f"{host!r} is no address to listen on; choose another with --host") from error
         self._patience_s = patience_s
         self.port: int = self._listener.getsockname()[1]
         self._left = threading.Event()

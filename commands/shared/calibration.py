@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -109,7 +110,7 @@ def require_calibration_shots(verify: int, shots: int) -> None:
 def read_field(name: str) -> ControlField:
     """Return the built-in control field of that name, or the one in the CSV file of that name."""
     path = Path(name)
-    if name not in BUILT_IN_FIELDS and path.is_file():
+    if name not in BUILT_IN_FIELDS and os.path.isfile(path):
         return load_control_field(printable_name(path.name), read_text(path))
     return load_control_field(name)
 

@@ -53,7 +53,7 @@ def require_database(settings: Settings) -> None:
     database = Database(settings.database_url)
     try:
         path = sqlite_path(settings.database_url)
-        if path is None or path.exists():  # connecting would create an empty file
+        if path is None or os.path.exists(path):  # connecting would create an empty file
             with database.write() as session:
                 session.connection()  # takes the write lock and changes nothing
         require_revision(database)

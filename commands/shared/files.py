@@ -67,7 +67,7 @@ def write_bytes(path: Path, content: bytes) -> None:
 
 
 def printable_name(name: str) -> str:
-    """Return a file name as text that can be printed and stored: bytes that are not UTF-8 are escaped."""
+    """Return a name as text that can be printed and stored: bytes that are not UTF-8 are escaped."""
     return os.fsencode(name).decode("utf-8", "backslashreplace")
 
 
@@ -76,7 +76,7 @@ def require_ending(path: Path, endings: Sequence[str], contents: str) -> None:
 
     ``contents`` names what would be written.
     """
-    if path.suffix.lower() not in endings and (path.is_file() or not path.exists()):
+    if path.suffix.lower() not in endings and (os.path.isfile(path) or not os.path.exists(path)):
         *others, last = [ending or "no ending" for ending in endings]
         known = f"{', '.join(others)} or {last}" if others else last
         raise OutputError(f"{path} cannot hold {contents}; give a name with {known}")

@@ -39,6 +39,8 @@ def standard_output() -> Iterator[None]:
     """
     if sys.stdout is None:
         raise OutputError("standard output is closed; send it to a file, or to /dev/null")
+    if isinstance(sys.stdout, TextIOWrapper) and sys.stdout.errors == "strict":
+        sys.stdout.reconfigure(errors="backslashreplace")  # names of files may have bytes that are no text
     if sys.stdout is sys.__stdout__ and isinstance(sys.stdout, TextIOWrapper):
         sys.stdout = _named(sys.stdout)
     try:

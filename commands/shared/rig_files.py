@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from commands.shared.files import read_text, write_text
@@ -29,7 +30,7 @@ def read_rig_file(
     """
     texts = {file: read_text(path / file) for file in RIG_FILE_NAMES[rig_format]}
     extrinsics = path.with_name(EXTRINSICS)
-    if rig_format == "opencv" and extrinsics.is_file():
+    if rig_format == "opencv" and os.path.isfile(extrinsics):
         texts[EXTRINSICS] = read_text(extrinsics)
     return parse_rig_files(
         texts, rig_format, name=name, image_size_px=image_size_px, pixel_size_mm=pixel_size_mm

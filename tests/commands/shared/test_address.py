@@ -19,3 +19,9 @@ def test_a_port_in_use_is_named() -> None:
 def test_an_address_of_another_machine_is_named(host: str) -> None:
     with pytest.raises(PortTakenError, match="cannot listen on"):
         require_free_port(host, 8000)
+
+
+@pytest.mark.parametrize("host", ["a" * 300, "a\n\u2028", "\udcff", "a..b"])
+def test_what_is_no_address_is_named(host: str) -> None:
+    with pytest.raises(PortTakenError, match=r"--host|cannot listen on"):
+        require_free_port(host, 8000)

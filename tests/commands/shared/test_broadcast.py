@@ -76,3 +76,9 @@ def test_leaving_disconnects() -> None:
 def test_an_address_of_nobody_is_refused(host: str) -> None:
     with pytest.raises(AddressError, match="choose another --host or --port"):
         Broadcast(host, 0)
+
+
+@pytest.mark.parametrize("host", ["a" * 300, "a\n\u2028", "\udcff", "a..b"])
+def test_what_is_no_address_is_refused(host: str) -> None:
+    with pytest.raises(AddressError, match="is no address to listen on"):
+        Broadcast(host, 0)

@@ -84,6 +84,8 @@ def test_an_ending_says_what_a_file_holds(tmp_path: Path) -> None:
         require_ending(tmp_path / name, (".html", ".htm"), "a report")
     require_ending(Path("/dev/null"), (".html",), "a report")
     require_ending(tmp_path / "rig", (".json", ""), "a rig")
+    with pytest.raises(OutputError, match=r"cannot hold a rig"):
+        require_ending(tmp_path / ("x" * 300), (".json",), "a rig")
     with pytest.raises(OutputError, match=r"r.docx cannot hold a report; give a name with .html or .htm"):
         require_ending(tmp_path / "r.docx", (".html", ".htm"), "a report")
     with pytest.raises(OutputError, match=r".json or no ending"):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -67,3 +68,17 @@ def test_an_output_that_takes_everything_is_written() -> None:
         [sys.executable, "-m", "commands", *COMMANDS["table"]], capture_output=True, check=True, cwd=PROJECT
     )
     assert "Disparity u" in done.stdout.decode("utf-8")
+
+
+def test_names_that_are_no_text_are_printed_with_escapes(tmp_path: Path) -> None:
+    path = tmp_path / os.fsdecode(b"a\xff.csv")
+    done = subprocess.run(
+        [sys.executable, "-m", "commands", "field", "design", path],
+        stdout=subprocess.PIPE,
+        check=True,
+        timeout=120,
+        cwd=PROJECT,
+        env={**os.environ, "PYTHONIOENCODING": "utf-8:strict"},
+    )
+    assert b"a\\udcff.csv: " in done.stdout
+    assert path.exists()
