@@ -158,11 +158,22 @@ def _flags(result: StageResult, kept: Sequence[Triad], expected: int) -> list[Fl
     if result.burst is not None or len(kept) == len(result.triads):
         return flags
     other = [flag for flag in flags if flag.code not in TRIAD_FLAGS]
-    return [*Flag.of(triad_flags([_measured(triad) for triad in kept], expected)), *other]
+    return [*Flag.of(triad_flags([measured_triad(triad) for triad in kept], expected)), *other]
 
 
-def _measured(triad: Triad) -> pose.MeasuredTriad:
-    """Return the library's triad, of which flags need the hidden balls and the pose."""
+def measured_triad(triad: Triad) -> pose.MeasuredTriad:
+    """Return the library's triad, of which flags need the hidden balls and the pose.
+
+    Parameters
+    ----------
+    triad
+        The triad.
+
+    Returns
+    -------
+    MeasuredTriad
+        Its balls and its pose.
+    """
     balls = {name: _ball(ball) for name, ball in triad.balls.items()}
     return pose.MeasuredTriad(triad.model, balls, triad.pose(), triad.error_mm, triad.reason)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
 from functools import cached_property
@@ -68,6 +68,14 @@ class SlipService:
         stage = self.client.get(f"/v1/surgeries/{surgery}/stages/{name}").json()
         triads = self.client.get(f"/v1/surgeries/{surgery}/stages/{name}/triads").json()["triads"]
         return Answer(0, "", {"flags": stage["flags"], "triads": triads}, perf_counter() - start)
+
+    def edit(self, surgery: str, name: str, edits: Mapping[str, Any]) -> Answer:
+        """Revise a stage, wait for it, and return the refusal, or a result without flags."""
+        start = perf_counter()
+        sent = self.client.post(f"/v1/surgeries/{surgery}/stages/{name}/revisions", json=edits)
+        if sent.is_success:
+            self._service.finished(sent.json()["job"]["id"])
+        return answer_of(sent, start)
 
     def motion(self, surgery: str, first: str, second: str, stage: Answer) -> Answer:
         """Return the motion between two stages with the flags of the second and its own."""
@@ -169,6 +177,12 @@ def _surgeries() -> Iterator[Slip]:
     )
     for name, kind, vertebrae, right in cases:
         yield _ask(name, kind, "-", right, _new_surgery(vertebrae))
+    given = Right(refusal=r"order|exchang", flags=("levels-implausible",))
+    for name, labels in (
+        ("labels of neighbours exchanged by hand", {1: "T9", 2: "T11"}),
+        ("all labels reversed by hand", {0: "T7", 1: "T9", 2: "T11", 3: "L1"}),
+    ):
+        yield _ask(name, "order", "PRE", given, _edited_labels(labels))
     many = Right(flags=("triad-count-high",), labels_null=True)
     yield _ask("a surgery that names two of four triads", "labels", "PRE", many, _two_of_four)
 
@@ -263,6 +277,18 @@ def _new_surgery(vertebrae: Sequence[str]) -> Callable[[SlipService, Path], Answ
     def ask(service: SlipService, _: Path) -> Answer:
         body = {**_SURGERY, "vertebrae": vertebrae, "reference_vertebra": vertebrae[0]}
         return answer_of(service.client.post("/v1/surgeries", json=body), perf_counter())
+
+    return ask
+
+
+def _edited_labels(labels: Mapping[int, str]) -> Callable[[SlipService, Path], Answer]:
+    def ask(service: SlipService, _: Path) -> Answer:
+        surgery = service.surgery()
+        service.stage(surgery, "PRE", _pair("PRE"))
+        last = service.stage(surgery, "POST", _pair("POST"))
+        edits = [{"triad": triad, "label": label} for triad, label in labels.items()]
+        edited = service.edit(surgery, "PRE", {"kind": "edit", "take": 1, "labels": edits})
+        return edited if edited.status else service.motion(surgery, "PRE", "POST", last)
 
     return ask
 

@@ -223,13 +223,13 @@ def _labelled(
     extra_levels: Sequence[str],
 ) -> tuple[tuple[LabelledTriad, ...], tuple[Flag, ...]]:
     """Return triads in order along the axis with their labels, all or none, and flags."""
-    if problem := _axis_problem(ordered, axis, p):
+    if problem := axis_problem(np.array([triad.position_mm for triad in ordered]), axis, p):
         return _unlabelled(ordered, problem), (Flag("spine-axis-implausible", problem),)
     assignment, reason = _assign(ordered, names, np.array(level_numbers(names, extra_levels)), p, known)
     if assignment is None:
         flags = (Flag("labels-uncertain", reason),) if reason and ordered and names else ()
         return _unlabelled(ordered, reason), flags
-    if problem := _spacing_problem(assignment, ordered, names, extra_levels, p, known):
+    if problem := spacing_problem(assignment, ordered, names, extra_levels, p, known):
         return _unlabelled(ordered, problem), (Flag("levels-implausible", problem),)
     labelled = zip(assignment, ordered, strict=True)
     return tuple(LabelledTriad(names[k], None, triad) for k, triad in labelled), ()
@@ -252,9 +252,26 @@ def in_order(triads: Sequence[MeasuredTriad], axis: SpineAxis) -> list[MeasuredT
     """
     if not triads:
         return []
-    P = np.stack([t.position_mm for t in triads])[:, :2]
-    along = int(np.argmax(np.ptp(P, axis=0))) if axis == "auto" else "xy".index(axis)
-    return [triads[i] for i in np.argsort(P[:, along], kind="stable")]
+    P = np.stack([t.position_mm for t in triads])
+    return [triads[i] for i in np.argsort(P[:, axis_number(P, axis)], kind="stable")]
+
+
+def axis_number(positions_mm: Float, axis: SpineAxis) -> int:
+    """Return the object axis along which triads are ordered.
+
+    Parameters
+    ----------
+    positions_mm
+        Positions of the triads, shape (n, 3), mm.
+    axis
+        Object axis along which the spine extends; "auto" is that of greatest extent.
+
+    Returns
+    -------
+    int
+        0 for x, 1 for y.
+    """
+    return int(np.argmax(np.ptp(positions_mm[:, :2], axis=0))) if axis == "auto" else "xy".index(axis)
 
 
 def _unlabelled(ordered: Sequence[MeasuredTriad], reason: str | None) -> tuple[LabelledTriad, ...]:
@@ -262,11 +279,26 @@ def _unlabelled(ordered: Sequence[MeasuredTriad], reason: str | None) -> tuple[L
     return tuple(LabelledTriad(None, reason, triad) for triad in ordered)
 
 
-def _axis_problem(ordered: Sequence[MeasuredTriad], axis: SpineAxis, p: LabelParameters) -> str | None:
-    """Return why the order of triads along the axis is not their order along the spine, or None."""
-    if len(ordered) < 2:
+def axis_problem(positions_mm: Float, axis: SpineAxis, p: LabelParameters) -> str | None:
+    """Return why the order of triads along the axis is not their order along the spine.
+
+    Parameters
+    ----------
+    positions_mm
+        Positions of the triads, shape (n, 3), mm.
+    axis
+        Object axis along which the spine extends; "auto" is that of greatest extent.
+    p
+        Limits of the angle between the axis and the line of the triads.
+
+    Returns
+    -------
+    str or None
+        Sentence with the angle; None if the order along the axis is that along the spine.
+    """
+    if len(positions_mm) < 2:
         return None
-    P = np.stack([triad.position_mm for triad in ordered])[:, :2]
+    P = positions_mm[:, :2]
     line = np.linalg.svd(P - P.mean(axis=0))[2][0]
     to_x = float(np.degrees(np.arctan2(abs(line[1]), abs(line[0]))))
     if axis != "auto":
@@ -286,7 +318,7 @@ def _axis_problem(ordered: Sequence[MeasuredTriad], axis: SpineAxis, p: LabelPar
     )
 
 
-def _spacing_problem(
+def spacing_problem(
     assignment: Assignment,
     ordered: Sequence[MeasuredTriad],
     labels: Sequence[str],
@@ -294,9 +326,29 @@ def _spacing_problem(
     p: LabelParameters,
     known: KnownConfiguration,
 ) -> str | None:
-    """Return what contradicts an assignment in the distances between triads with a pose, or None.
+    """Return what contradicts an assignment in the distances between triads with a pose.
 
     A known configuration that the distances fit takes precedence: vertebrae may be fused, compressed or absent.
+
+    Parameters
+    ----------
+    assignment
+        Index of the label of each triad.
+    ordered
+        Triads in order along the spine.
+    labels
+        Vertebrae in anatomical order.
+    extra_levels
+        Vertebrae that this spine has in addition to the usual ones.
+    p
+        Limits.
+    known
+        Known configuration; an empty one if there is none.
+
+    Returns
+    -------
+    str or None
+        Sentence with the distances; None if nothing contradicts the assignment.
     """
     if known.covers(labels) and len(ordered) > 1:
         likelihood = _configuration_likelihood(assignment, ordered, labels, p, known)

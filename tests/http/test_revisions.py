@@ -233,3 +233,19 @@ def test_a_burst_is_edited_by_label_by_triad_and_by_centre(service: Service, cal
     assert any(
         flag["code"] == "ball-manual" and flag["detail"].startswith("pair 2") for flag in after["flags"]
     )
+
+
+def test_exchanged_labels_are_flagged_in_the_stage_and_in_its_motion(
+    service: Service, calibration: str, case: Case
+) -> None:
+    sent = service.send(case.surgery, "POST", pair("POST"), calibration)
+    assert service.finished(sent.json()["job"]["id"])["state"] == "succeeded"
+    edited = case.revised(labels=[{"triad": 1, "label": "T9"}, {"triad": 2, "label": "T11"}])
+    assert [triad["label"] for triad in edited["triads"]] == ["L1", "T11", "T9", "T7"]
+    assert codes(edited) == ["levels-implausible"]
+    motion = service.client.get(
+        f"/v1/surgeries/{case.surgery}/motion", params={"from": "PRE", "to": "POST"}
+    ).json()
+    assert ("PRE", "levels-implausible") in [(flag["stage"], flag["code"]) for flag in motion["flags"]]
+    corrected = case.revised(labels=[{"triad": 1, "label": "T9"}, {"triad": 2, "label": "T11"}])
+    assert codes(corrected) == []

@@ -52,6 +52,7 @@ from workers.stage_centres import EditedTake
 from workers.stage_decisions import decide, decided
 from workers.stage_edits import edited
 from workers.stage_labels import label_pairs
+from workers.stage_manual_labels import check_manual_labels
 from workers.stage_measurers import StageMeasurers, template_set
 from workers.stage_revision import Changed, changes_text
 from workers.strips import packed
@@ -159,11 +160,12 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
             return self._measured(work, progress, None)
         edits = revision.changes if isinstance(revision.changes, TriadEdits) else None
         if edits is not None and not edits.centres:
-            return edited(revision.revised, edits, work.vertebrae, work.reference_vertebra)
-        take = EditedTake(revision.revised, edits)
-        return decided(
-            self._measured(work, progress, take), take.decisions, take.removed, relabelled=edits is None
-        )
+            changed = edited(revision.revised, edits, work.vertebrae, work.reference_vertebra)
+        else:
+            take = EditedTake(revision.revised, edits)
+            measured = self._measured(work, progress, take)
+            changed = decided(measured, take.decisions, take.removed, relabelled=edits is None)
+        return check_manual_labels(changed, _request(work), work.labelled)
 
     def _measured(self, work: StageWork, progress: Progress, take: EditedTake | None) -> MeasuredStage:
         """Return what is measured in the images; an unexpected error under changed parameters is theirs."""
@@ -184,11 +186,7 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
         self, work: StageWork, progress: Progress, take: EditedTake | None, changed: Changed
     ) -> MeasuredStage:
         """Return what is measured in the images; from the features of a take with a person's edits, if there is one."""
-        axis = cast(Literal["x", "y", "auto"], work.spine_axis)
-        models = work.measuring.models or (FLAT_10_14_18,)
-        request = StageRequest(
-            labels=work.vertebrae, spine_axis=axis, models=models, extra_levels=work.extra_levels
-        )
+        request = _request(work)
         measurer = self._measurers.of(work)
         pairs, measured = work.pairs, []
         progress("decode", 0.0)
@@ -213,7 +211,7 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
                 replace(one, measurement=decide(one.measurement, take.decisions, work.vertebrae))
                 for one in labelled
             ]
-        made = _VERSION, {**self._settings(), "markers": [model.name for model in models]}
+        made = _VERSION, {**self._settings(), "markers": [model.name for model in request.models]}
         if len(pairs) > 1:
             result = burst_result(pairs, labelled, request.labels, work.reference_vertebra, made)
         else:
@@ -296,6 +294,16 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
             "comparison": asdict(self._comparison),
             "synchronization": asdict(self._synchronization),
         }
+
+
+def _request(work: StageWork) -> StageRequest:
+    """Return what is known of a stage before its images are measured."""
+    return StageRequest(
+        labels=work.vertebrae,
+        spine_axis=cast(Literal["x", "y", "auto"], work.spine_axis),
+        models=work.measuring.models or (FLAT_10_14_18,),
+        extra_levels=work.extra_levels,
+    )
 
 
 def _of_pair(progress: Progress, index: int, n: int) -> Progress:
