@@ -19,11 +19,12 @@ from contract.spine_setup import (
 )
 from spinewatch.arrays import Float
 from spinewatch.flags import Flag
-from spinewatch.levels import anatomical_sequence
+from spinewatch.levels import anatomical_sequence, level_numbers
 from spinewatch.spine import configuration
 from spinewatch.spine.configuration import InitialSpine
 from spinewatch.spine.generic_spine import generic_spine
 from spinewatch.spine.initial import initial_from_poses
+from spinewatch.spine.initial_tilts import initial_tilt_flags
 from spinewatch.spine.orientation import rotation_from_tilts
 from spinewatch.spine.patient_axes import require_axes_of_triads
 from spinewatch.spine.radiograph_landmarks import RadiographView
@@ -58,7 +59,7 @@ def library_setup(
     """Return the library's setup and doubts about its initial configuration.
 
     ``triads`` are the labelled poses at the baseline stage, in its object space. Raises ``SpinewatchError`` when the
-    patient axes contradict the triads or the initial configuration cannot be placed.
+    patient axes contradict the triads, the initial configuration cannot be placed, or its tilts are those of no spine.
     """
     axes = patient_axes(document.patient_axes)
     require_axes_of_triads(axes, triads, surgery.extra_levels)
@@ -91,7 +92,13 @@ def _initial(
 ) -> tuple[InitialSpine, tuple[Flag, ...]]:
     initial = document.initial
     if isinstance(initial, InitialPoses):
-        return _from_poses(initial, axes, extra_levels, triads), ()
+        spine = _from_poses(initial, axes, extra_levels, triads)
+        return spine, initial_tilt_flags(
+            spine.levels,
+            level_numbers(spine.levels, extra_levels),
+            spine.position_mm @ axes,
+            axes.T @ spine.rotation,
+        )
     if isinstance(initial, InitialRadiographs):
         return _from_radiographs(initial, axes, extra_levels, triads, radiographs)
     return _generic(initial, axes, extra_levels, triads), ()

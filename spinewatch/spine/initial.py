@@ -25,7 +25,7 @@ class InitialLevelsError(LevelError):
 
 
 class InitialPoseError(ParameterError):
-    """A pose of the initial configuration that is not finite, not rigid, reflected, or where another one is."""
+    """A pose of the initial configuration that is not finite, not rigid, reflected, or too near another one."""
 
     code = "initial-pose"
 
@@ -51,7 +51,8 @@ class InitialParameters:
     max_axes_error
         Greatest element of ``R^T R - I``; numbers with three decimals stay below it, and the nearest rotation is used.
     min_distance_mm
-        Least distance between the centroids of two vertebrae, mm.
+        Least distance between the centroids of two vertebrae, mm per level between them. Those of a child's neck are 9
+        mm per level apart.
     triad_offset_mm
         P of a triad from the centroid of its vertebra, along the vertebra's own axes (anterior, left, cephalad), mm. A
         clamp on the spinous process holds a triad some 45 mm behind the centroid.
@@ -138,7 +139,7 @@ def initial_from_poses(  # noqa: PLR0913
         If there are fewer than two vertebrae, or one between them carries a triad and has no pose.
     InitialPoseError
         If a pose is not finite or out of range, its axes are not perpendicular unit vectors or are left-handed, or two
-        coincide.
+        are too near each other for the levels between them.
     InitialAnglesError
         If a vertebra is turned farther in the patient, or against its neighbour, than that of any spine.
     PatientAxesContradictedError
@@ -165,6 +166,7 @@ def initial_from_poses(  # noqa: PLR0913
     )
     _check_levels(names, triads, extra_levels)
     _check_poses(names, position, R, sd, parameters)
+    _check_distances(names, level_numbers(names, extra_levels), position, parameters)
     R = np.array([nearest_rotation(matrix) for matrix in R])
     if level_numbers(names, extra_levels)[0] > level_numbers(names, extra_levels)[-1]:
         names, position, R, sd = names[::-1], position[::-1], R[::-1], sd[::-1]
@@ -206,7 +208,7 @@ def _check_levels(names: tuple[str, ...], triads: Mapping[str, Pose], extra_leve
 def _check_poses(
     names: tuple[str, ...], position: Float, R: Float, sd: Float, parameters: InitialParameters
 ) -> None:
-    """Check that poses are finite, rigid, right-handed and apart."""
+    """Check that poses are finite, rigid and right-handed."""
     n = len(names)
     if position.shape != (n, 3) or R.shape != (n, 3, 3):
         raise InitialPoseError(f"{n} vertebrae need {n} positions of three numbers and {n} rotations of nine")
@@ -229,12 +231,21 @@ def _check_poses(
             raise InitialPoseError(
                 f"axes of {name} are left-handed; reverse one of them so that anterior x left = cephalad"
             )
+
+
+def _check_distances(
+    names: tuple[str, ...], numbers: Sequence[int], position: Float, parameters: InitialParameters
+) -> None:
+    """Check that centroids (n, 3) are apart by what the levels between them need."""
+    n = len(names)
+    levels = np.abs(np.subtract.outer(numbers, numbers)) + np.eye(n)
     distance = np.linalg.norm(position[:, None] - position, axis=2) + np.diag(np.full(n, np.inf))
-    first, second = divmod(int(np.argmin(distance)), n)
-    if distance[first, second] < parameters.min_distance_mm:
+    first, second = divmod(int(np.argmin(distance / levels)), n)
+    least = parameters.min_distance_mm * levels[first, second]
+    if distance[first, second] < least:
         raise InitialPoseError(
-            f"{names[first]} and {names[second]} are {distance[first, second]:.1f} mm apart; give the"
-            " centroid of each body in mm"
+            f"{names[first]} and {names[second]} are {distance[first, second]:.1f} mm apart, less than {least:g} mm;"
+            " give the centroid of each body in mm"
         )
 
 

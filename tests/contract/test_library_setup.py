@@ -9,6 +9,7 @@ from contract.library_setup import SurgeryLevels, library_setup, marked_poses
 from contract.spine_setup import NewRebaseline
 from spinewatch.geometry.rotations import rotation_from_vector
 from spinewatch.spine.configuration import InitialKind, Rebaseline
+from spinewatch.spine.initial_tilts import InitialTiltsError
 from spinewatch.spine.orientation import rotation_from_tilts
 from spinewatch.spine.patient_axes import PatientAxesContradictedError
 from spinewatch.triads.pose import Pose
@@ -159,3 +160,32 @@ def test_radiographs_place_the_spine_and_a_wrong_scale_is_refused(scale: float) 
     _, flags = library_setup(document, (), LEVELS, "PRE", hidden, {"a": view, "b": view})
     (flag,) = (flag for flag in flags if flag.code == "radiograph-landmark-left-out")
     assert "P of T9" in flag.detail
+
+
+COBB = {
+    "T7": (0.0, 150.0, 20.0),
+    "T9": (12.5, 100.0, 8.0),
+    "T11": (12.5, 50.0, -8.0),
+    "L1": (0.0, 0.0, -20.0),
+}
+"""Position to the left and upwards, mm, and coronal tilt of a curve of 40 degrees."""
+
+
+def curve(factor: float) -> dict[str, object]:
+    listed = [
+        {"vertebra": name, "position_mm": [0.0, y, z], "angles_deg": [factor * tilt, factor * 4.0, 0.0]}
+        for name, (y, z, tilt) in COBB.items()
+    ]
+    return {"kind": "poses", "frame": "patient", "poses": listed}
+
+
+def test_angles_in_radians_are_refused_and_wrong_signs_flagged() -> None:
+    def flags_of(factor: float) -> list[str]:
+        document = spine_setup(initial=curve(factor))
+        _, flags = library_setup(document, (), LEVELS, "PRE", TRIADS, {})
+        return [flag.code for flag in flags]
+
+    assert flags_of(1.0) == []
+    assert flags_of(-1.0) == ["initial-tilts-doubtful"]
+    with pytest.raises(InitialTiltsError, match="not in radians"):
+        flags_of(np.pi / 180)

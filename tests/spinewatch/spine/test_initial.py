@@ -227,6 +227,15 @@ def test_positions_must_be_finite_and_apart() -> None:
             initial(position=position, frame="patient")
 
 
+def test_the_least_distance_grows_with_the_levels_between() -> None:
+    centimetres = np.array([[0.0, 0, 5.4], [0, 0, 0]])
+    with pytest.raises(
+        InitialPoseError, match=r"T11 and L1 are 5\.4 mm apart, less than 10 mm; give .* in mm"
+    ):
+        initial(("T11", "L1"), centimetres, ROTATION[::2], "patient")
+    assert initial(("T11", "L1"), 2 * centimetres, ROTATION[::2]).levels == ("T11", "L1")
+
+
 def test_deviations_must_not_be_negative() -> None:
     with pytest.raises(InitialPoseError, match="T11 is not finite, or a deviation is negative"):
         initial(position_sd=-1.0)
