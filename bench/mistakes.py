@@ -20,7 +20,18 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from bench.slips import calibrations, camera_files, images, labels, rigs, service, simulated, system, tables
+from bench.slips import (
+    calibrations,
+    camera_files,
+    images,
+    labels,
+    rigs,
+    service,
+    setups,
+    simulated,
+    system,
+    tables,
+)
 from bench.slips.controls import controls
 from bench.slips.page import PAGE, page
 from bench.slips.run import run_slip
@@ -179,7 +190,7 @@ class Result:
 
 def all_slips() -> tuple[Slip, ...]:
     """Return every slip."""
-    modules = (labels, rigs, images, tables, camera_files, calibrations, service, system)
+    modules = (labels, rigs, images, tables, camera_files, calibrations, service, setups, system)
     return tuple(slip for module in modules for slip in module.slips())
 
 

@@ -5,13 +5,17 @@ from __future__ import annotations
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from contract.base import Identifier, Matrix3, Schema, StageName, Timestamp, Vector2, Vector3
 from contract.surgery import VertebraName
 from spinewatch.arrays import Float
 from spinewatch.spine.patient_axes import axes_from_directions, axes_from_landmarks
 from spinewatch.spine.target import PlannedVertebra
+
+POSITION_SD_MM = 2.0
+ROTATION_SD_DEG = 3.0
+"""Standard deviations of an initial pose that is given without: those of landmarks and angles read from radiographs."""
 
 SignedAxis = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 Direction = Annotated[
@@ -60,11 +64,33 @@ class VertebraPose(Schema):
         ),
     ] = None
     position_sd_mm: Annotated[
-        float, Field(ge=0, le=100, description="Standard deviation of the position per axis, mm.")
-    ] = 0.0
+        float,
+        Field(
+            ge=0,
+            le=100,
+            description="Standard deviation of the position per axis, mm; 0 means that it is not known, and counts as"
+            " 2 mm.",
+        ),
+    ] = POSITION_SD_MM
     rotation_sd_deg: Annotated[
-        float, Field(ge=0, le=90, description="Standard deviation of the rotation per axis, degrees.")
-    ] = 0.0
+        float,
+        Field(
+            ge=0,
+            le=90,
+            description="Standard deviation of the rotation per axis, degrees; 0 means that it is not known, and counts"
+            " as 3 degrees.",
+        ),
+    ] = ROTATION_SD_DEG
+
+    @field_validator("position_sd_mm")
+    @classmethod
+    def _position_sd(cls, given: float) -> float:
+        return given or POSITION_SD_MM
+
+    @field_validator("rotation_sd_deg")
+    @classmethod
+    def _rotation_sd(cls, given: float) -> float:
+        return given or ROTATION_SD_DEG
 
     @model_validator(mode="after")
     def _one_rotation(self) -> Self:

@@ -23,6 +23,7 @@ its sound neighbour. This page is written by `python -m bench.mistakes --page`, 
 _TITLES: dict[Kind, str] = {
     "labels": "Names of vertebrae",
     "order": "Order",
+    "setup": "Setups of spines",
     "swap": "Images and cameras exchanged",
     "rig": "Rigs",
     "unit": "Units",

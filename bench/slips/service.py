@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
 from functools import cached_property
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, sleep
 from typing import Any
 
 import httpx
@@ -21,6 +21,9 @@ from bench.slips.sound import RigJson, changed_rig, each_camera, rig, stage_file
 from tests.http.harness import Service
 
 Pair = tuple[bytes, bytes]
+_SPINE_SECONDS = 60.0
+"""Longest wait for the spine of a stage."""
+
 _SURGERY = {
     "reference": "case 1",
     "vertebrae": ["L1", "T11", "T9", "T7"],
@@ -77,6 +80,20 @@ class SlipService:
             self._service.finished(sent.json()["job"]["id"])
         return answer_of(sent, start)
 
+    def spine(self, surgery: str, name: str, setup: Mapping[str, Any]) -> Answer:
+        """Store the setup of a spine, wait for the spine of a stage, and return it, or the refusal."""
+        start = perf_counter()
+        sent = self.client.put(f"/v1/surgeries/{surgery}/spine", json=setup)
+        if not sent.is_success:
+            return answer_of(sent, start)
+        got = sent
+        while perf_counter() - start < _SPINE_SECONDS:
+            got = self.client.get(f"/v1/surgeries/{surgery}/stages/{name}/spine")
+            if got.is_success or "spine-not-ready" not in got.text:
+                break
+            sleep(0.2)
+        return Answer(0, "", got.json(), perf_counter() - start) if got.is_success else answer_of(got, start)
+
     def motion(self, surgery: str, first: str, second: str, stage: Answer) -> Answer:
         """Return the motion between two stages with the flags of the second and its own."""
         got = self.client.get(f"/v1/surgeries/{surgery}/motion", params={"from": first, "to": second})
@@ -128,7 +145,7 @@ def _stale() -> Iterator[Slip]:
         ("the same files as a new stage", "PRE", lambda images: images),
         ("the same images in other files", "INTER", lambda images: _recoded(images, 0.0)),
         ("the same images but for noise", "POST", lambda images: _recoded(images, 1.0)),
-        ("the left image of the stage before", "PRE", lambda images: (images[0], _pair("INTER")[1])),
+        ("the left image of the stage before", "PRE", lambda images: (images[0], pair_of("INTER")[1])),
         ("the same images, a little brighter", "INTER", lambda images: _recoded(images, 0.0, 1.05)),
     )
     for name, stage, change in cases:
@@ -224,7 +241,8 @@ def _ask(name: str, kind: Kind, pair: str, right: Right, ask: Callable[[SlipServ
     return Slip(name, kind, pair, "service", right, ask=ask)
 
 
-def _pair(stage: str) -> Pair:
+def pair_of(stage: str) -> Pair:
+    """Return the images of a sample stage."""
     left, right = stage_files(stage)
     return left.read_bytes(), right.read_bytes()
 
@@ -245,21 +263,21 @@ def _recoded(images: Pair, noise: float, gain: float = 1.0) -> Pair:
 def _stale_stage(stage: str, change: Callable[[Pair], Pair]) -> Callable[[SlipService, Path], Answer]:
     def ask(service: SlipService, _: Path) -> Answer:
         surgery = service.surgery()
-        service.stage(surgery, "A", _pair(stage))
-        return service.motion(surgery, "A", "B", service.stage(surgery, "B", change(_pair(stage))))
+        service.stage(surgery, "A", pair_of(stage))
+        return service.motion(surgery, "A", "B", service.stage(surgery, "B", change(pair_of(stage))))
 
     return ask
 
 
 def _captured(captured_at: str) -> Callable[[SlipService, Path], Answer]:
-    return lambda service, _: service.stage(service.surgery(), "A", _pair("PRE"), captured_at)
+    return lambda service, _: service.stage(service.surgery(), "A", pair_of("PRE"), captured_at)
 
 
 def _out_of_order(service: SlipService, _: Path) -> Answer:
     surgery, now = service.surgery(), datetime.now(UTC)
-    service.stage(surgery, "PRE", _pair("PRE"), now.isoformat(timespec="seconds"))
+    service.stage(surgery, "PRE", pair_of("PRE"), now.isoformat(timespec="seconds"))
     before = (now - timedelta(minutes=40)).isoformat(timespec="seconds")
-    return service.stage(surgery, "INTER", _pair("INTER"), before)
+    return service.stage(surgery, "INTER", pair_of("INTER"), before)
 
 
 def _calibrated(when: str) -> Callable[[SlipService, Path], Answer]:
@@ -268,7 +286,7 @@ def _calibrated(when: str) -> Callable[[SlipService, Path], Answer]:
         posted = service.client.post("/v1/calibrations", params={"calibrated_at": when}, json=rig())
         if not posted.is_success:
             return answer_of(posted, start)
-        return service.stage(service.surgery(), "A", _pair("PRE"), calibration=posted.json()["id"])
+        return service.stage(service.surgery(), "A", pair_of("PRE"), calibration=posted.json()["id"])
 
     return ask
 
@@ -284,8 +302,8 @@ def _new_surgery(vertebrae: Sequence[str]) -> Callable[[SlipService, Path], Answ
 def _edited_labels(labels: Mapping[int, str]) -> Callable[[SlipService, Path], Answer]:
     def ask(service: SlipService, _: Path) -> Answer:
         surgery = service.surgery()
-        service.stage(surgery, "PRE", _pair("PRE"))
-        last = service.stage(surgery, "POST", _pair("POST"))
+        service.stage(surgery, "PRE", pair_of("PRE"))
+        last = service.stage(surgery, "POST", pair_of("POST"))
         edits = [{"triad": triad, "label": label} for triad, label in labels.items()]
         edited = service.edit(surgery, "PRE", {"kind": "edit", "take": 1, "labels": edits})
         return edited if edited.status else service.motion(surgery, "PRE", "POST", last)
@@ -295,8 +313,8 @@ def _edited_labels(labels: Mapping[int, str]) -> Callable[[SlipService, Path], A
 
 def _two_of_four(service: SlipService, _: Path) -> Answer:
     surgery = service.surgery(vertebrae=["L1", "T9"])
-    service.stage(surgery, "PRE", _pair("PRE"))
-    return service.motion(surgery, "PRE", "POST", service.stage(surgery, "POST", _pair("POST")))
+    service.stage(surgery, "PRE", pair_of("PRE"))
+    return service.motion(surgery, "PRE", "POST", service.stage(surgery, "POST", pair_of("POST")))
 
 
 def _new_rig(document: RigJson) -> Callable[[SlipService, Path], Answer]:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 Kind = Literal[
     "labels",
     "order",
+    "setup",
     "rig",
     "swap",
     "unit",

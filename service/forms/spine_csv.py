@@ -10,7 +10,7 @@ from typing import Literal
 from pydantic import ValidationError
 
 from contract.setup_checks import SpineSetupError
-from contract.spine_setup import InitialPoses, VertebraPose
+from contract.spine_setup import POSITION_SD_MM, ROTATION_SD_DEG, InitialPoses, VertebraPose
 
 REQUIRED = ("vertebra", "x_mm", "y_mm", "z_mm", "coronal_deg", "sagittal_deg", "axial_deg")
 OPTIONAL = ("position_sd_mm", "rotation_sd_deg")
@@ -64,8 +64,8 @@ def _pose(number: int, header: list[str], row: list[str]) -> VertebraPose:
             vertebra=cells["vertebra"],
             position_mm=[numbers[f"{axis}_mm"] for axis in "xyz"],
             angles_deg=[numbers[f"{angle}_deg"] for angle in ("coronal", "sagittal", "axial")],
-            position_sd_mm=numbers.get("position_sd_mm", 0.0),
-            rotation_sd_deg=numbers.get("rotation_sd_deg", 0.0),
+            position_sd_mm=numbers.get("position_sd_mm", POSITION_SD_MM),
+            rotation_sd_deg=numbers.get("rotation_sd_deg", ROTATION_SD_DEG),
         )
     except ValidationError as error:
         column = str(error.errors()[0]["loc"][0])

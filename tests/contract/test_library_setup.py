@@ -189,3 +189,13 @@ def test_angles_in_radians_are_refused_and_wrong_signs_flagged() -> None:
     assert flags_of(-1.0) == ["initial-tilts-doubtful"]
     with pytest.raises(InitialTiltsError, match="not in radians"):
         flags_of(np.pi / 180)
+
+
+def test_poses_without_deviations_have_those_of_radiographs() -> None:
+    listed = [dict(pose) for pose in curve(1.0)["poses"]]  # type: ignore[attr-defined]
+    for zero in ({}, {"position_sd_mm": 0.0, "rotation_sd_deg": 0.0}):
+        document = spine_setup(
+            initial={"kind": "poses", "frame": "object", "poses": [{**p, **zero} for p in listed]}
+        )
+        poses = document.initial.poses  # type: ignore[union-attr]
+        assert [(pose.position_sd_mm, pose.rotation_sd_deg) for pose in poses] == [(2.0, 3.0)] * 4

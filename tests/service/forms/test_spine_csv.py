@@ -17,7 +17,7 @@ def test_a_row_is_a_vertebra() -> None:
     assert (found.kind, found.frame) == ("poses", "object")
     first, second = found.poses
     assert (first.vertebra, first.position_mm, first.angles_deg) == ("T9", [1, 2, 3], [4, 5, 6])
-    assert (first.position_sd_mm, first.rotation_sd_deg, first.rotation) == (0, 0, None)
+    assert (first.position_sd_mm, first.rotation_sd_deg, first.rotation) == (2, 3, None)
     assert second.vertebra == "L1"
 
 
@@ -27,7 +27,7 @@ def test_columns_may_come_in_any_order_with_deviations_and_a_byte_order_mark() -
     first, second = parse_poses(text.encode(), "patient").poses
     assert (first.position_mm, first.angles_deg) == ([1, 2, 3], [4, 5, 6])
     assert (first.position_sd_mm, first.rotation_sd_deg) == (1, 2)
-    assert (second.position_sd_mm, second.rotation_sd_deg) == (0, 0)
+    assert (second.position_sd_mm, second.rotation_sd_deg) == (2, 3)
 
 
 @given(st.lists(NUMBER, min_size=6, max_size=6))
