@@ -12,9 +12,10 @@ import pytest
 
 from contract.library_setup import SurgeryLevels
 from contract.spine import StageSpine
-from contract.spine_setup import SpineSetup
+from contract.spine_setup import POSITION_SD_MM, ROTATION_SD_DEG, SpineSetup
 from contract.stage_reference import StageReference
 from spinewatch.spine.assessment import SpineParameters, assess_stage
+from spinewatch.spine.initial import initial_from_poses
 from spinewatch.spine.motion import ReferenceMissingError
 from spinewatch.spine.plausibility import PlausibilityParameters
 from tests.spinewatch.spine.simulated import AXES, Surgery, surgery
@@ -63,8 +64,18 @@ def without(stage: str, level: str) -> Mapping[str, Any]:
 
 def test_the_document_holds_the_assessment() -> None:
     found = spine_document(inputs(), "POST", "PRE", "INTER", OTHER)
-    certain = replace(CASE.setup.initial, errors=np.zeros((len(CASE.setup.initial.levels), 6, 1)))
-    case = replace(CASE.setup, initial=certain)
+    known, n = CASE.setup.initial, len(CASE.setup.initial.levels)
+    initial = initial_from_poses(
+        known.levels,
+        known.position_mm,
+        known.rotation,
+        np.full(n, POSITION_SD_MM),
+        np.full(n, ROTATION_SD_DEG),
+        frame="object",
+        patient_axes=AXES,
+        triads=CASE.stages["PRE"],
+    )
+    case = replace(CASE.setup, initial=initial)
     expected = assess_stage(case, CASE.stages, "POST", "INTER", parameters=OTHER)
     assert (found.surgery_id, found.stage, found.take, found.setup_revision) == ("s", "POST", 2, 3)
     assert (found.baseline.name, found.reference_vertebra) == ("PRE", REFERENCE)
