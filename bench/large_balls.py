@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from math import sqrt
 
@@ -27,11 +27,15 @@ from spinewatch.detection.refinement.lighting import Lighting, lighting_inputs
 from spinewatch.detection.refinement.network_file import default_networks
 from spinewatch.detection.refinement.networks import BallNetwork, predict_turned
 from spinewatch.detection.refinement.orientations import MIRRORED, ROTATED, UPRIGHT, mean_centres
-from spinewatch.simulation.images.examples import FAMILIES, ExampleParameters, Examples, random_examples
+from spinewatch.simulation.images.examples import (
+    UNUSUAL,
+    ExampleParameters,
+    Examples,
+    random_examples,
+)
 
 WIDTH_PX = 20.0
 LAMP_SD_RAD = 0.02
-UNUSUAL = tuple(family for family in FAMILIES if family != "glossy")
 SURE_SHARE, RMS_PX = 0.8, 0.08
 """Bars: fraction of the clear balls that are sure, and RMS error per axis of these, px."""
 _CHUNK = 200
@@ -84,14 +88,13 @@ def draw(count: int, left_out: tuple[str, ...], seed: int = 2026) -> Examples:
         random_examples(rng, size, parameters)
         for size in track(sizes, "drawing", console=Console(stderr=True), transient=True)
     ]
-    return Examples(*(np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])))
+    return Examples.concatenate(parts)
 
 
 def measure(examples: Examples, *, usual: bool) -> LargeBalls:
     """Return the errors of the clear balls of examples, with the networks of usual looks or of all looks."""
     p, networks = CentreParameters(), default_networks().refinement_networks(WIDTH_PX)
-    clear = examples.ball & (examples.visible > CLEAR)
-    balls = replace(examples, **{name: values[clear] for name, values in vars(examples).items()})
+    balls = examples.take(examples.ball & (examples.visible > CLEAR))
     predict = partial(predict_turned, patches=balls.patches.astype(np.float32), lighting=_lighting(balls, p))
     first: BallNetwork = networks[-1 if usual else 0]
     upright = predict(first, turn=UPRIGHT)

@@ -41,7 +41,7 @@ def sample(
 ) -> None:
     """Measure the stages PRE, INTER and POST of the sample surgery, print the results, and keep serving."""
     folder = samples / "D1"
-    if not os.path.exists(folder / "surgery.json"):
+    if not os.path.exists(folder / "surgery.json"):  # of a name that is too long, Path.exists raises
         raise SampleMissingError(f"no sample surgery in {samples}; name its folder with --samples")
     from commands.shared.api_client import ApiClient  # noqa: PLC0415 - loads httpx and rich, which --help does not need
     from commands.shared.local_service import LocalService  # noqa: PLC0415

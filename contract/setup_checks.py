@@ -60,7 +60,7 @@ class SurgeryContext:
     extra_levels
         Vertebrae that this spine has in addition to the usual ones.
     stages
-        Names of the stages that there are, in their order.
+        Names of the stages that there are, in the order in which they were first submitted.
     radiographs
         Views, ``pa`` or ``lateral``, of the surgery's radiographs by identifier.
     """

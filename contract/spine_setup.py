@@ -69,7 +69,7 @@ class VertebraPose(Schema):
             ge=0,
             le=100,
             description="Standard deviation of the position per axis, mm; 0 means that it is not known, and counts as"
-            " 2 mm.",
+            f" {POSITION_SD_MM:g} mm.",
         ),
     ] = POSITION_SD_MM
     rotation_sd_deg: Annotated[
@@ -78,7 +78,7 @@ class VertebraPose(Schema):
             ge=0,
             le=90,
             description="Standard deviation of the rotation per axis, degrees; 0 means that it is not known, and counts"
-            " as 3 degrees.",
+            f" as {ROTATION_SD_DEG:g} degrees.",
         ),
     ] = ROTATION_SD_DEG
 

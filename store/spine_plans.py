@@ -84,8 +84,8 @@ def plans(session: Session, surgery: Surgery, setup: StoredSpineSetup) -> tuple[
     Returns
     -------
     tuple of StagePlan
-        Measured stages in their order. Without a named baseline, the first one with a pose of the reference
-        triad is the baseline.
+        Measured stages in the order of `stages.IN_ORDER`. Without a named baseline, the first one with a pose of the
+        reference triad is the baseline.
     """
     reference = setup.setup.reference_vertebra or surgery.reference_vertebra
     posed = select(Triad.stage_id).where(Triad.stage_id == Stage.id, is_posed(reference)).exists()
@@ -118,8 +118,8 @@ def plans_of(setup: StoredSpineSetup, rows: Sequence[tuple[Take, bool]]) -> tupl
     setup
         The setup of the surgery.
     rows
-        The take of each measured stage whose results count, in their order, and whether it has a pose of the reference
-        triad.
+        The take of each measured stage whose results count, in the order of `stages.IN_ORDER`, and whether it has a
+        pose of the reference triad.
 
     Returns
     -------

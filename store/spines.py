@@ -42,12 +42,12 @@ class SpineWork:
     setup
         The setup; None when the surgery has none.
     plans
-        Every measured stage, in their order.
+        Every measured stage, in the order of `stages.IN_ORDER`.
     outdated
         Identifiers of the stages whose spine is missing or made from other inputs or by another version.
     poses
-        Poses of the labelled triads by name of the stage, object space of each stage; all stages in their order, empty
-        for one without a measurement.
+        Poses of the labelled triads by name of the stage, object space of each stage; all stages in that order,
+        empty for one without a measurement.
     radiographs
         Views of the surgery's radiographs by identifier.
     """
@@ -266,7 +266,7 @@ def stored(session: Session, surgery_id: str, planned: Sequence[StagePlan]) -> d
 
 
 def _stage_ids(session: Session, surgery_id: str) -> Iterable[tuple[str, str]]:
-    """Return name and identifier of the take of each stage whose results count, in their order.
+    """Return name and identifier of the take of each stage whose results count, in the order of `IN_ORDER`.
 
     Of a stage without any it is the latest take.
     """

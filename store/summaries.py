@@ -95,7 +95,7 @@ class SummaryRows:
     setup
         The setup of its spine, None without one.
     stages
-        The take of each stage whose results count, in their order.
+        The take of each stage whose results count, in the order of `stages.IN_ORDER`.
     """
 
     surgery: Surgery

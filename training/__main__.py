@@ -21,8 +21,8 @@ from rich.progress import Progress
 from spinewatch.detection.refinement.network_file import write_networks
 from spinewatch.detection.refinement.networks import BallNetworks
 from spinewatch.detection.refinement.patches import PatchGrid
-from spinewatch.simulation.images.examples import FAMILIES, ExampleParameters
-from training.draw import draw, joined, without
+from spinewatch.simulation.images.examples import UNUSUAL, ExampleParameters, Examples
+from training.draw import draw
 from training.fit_all import Fit, fit_all
 from training.model import Architecture
 from training.odds import refit_odds
@@ -37,8 +37,6 @@ LARGE = Architecture(LARGE_GRID, 15.0, ((5, 2, 24), (3, 2, 48), (3, 1, 64), (3, 
 balls. That of usual looks is small, because it sees all balls of all images of the cart."""
 SMALL_EXAMPLES = ExampleParameters(SMALL_GRID, (7.0, 13.5), wider=32.0)
 LARGE_EXAMPLES = ExampleParameters(LARGE_GRID, (14.0, 36.0), wider=36.0)
-UNUSUAL = tuple(family for family in FAMILIES if family != "glossy")
-"""Families of looks that the network for usual looks is not trained on."""
 PRESENT_AMONG_HARD = 0.6
 """Fraction of the worlds with a ball, among the examples with hard negatives."""
 
@@ -98,7 +96,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         fits = (
             Fit(SMALL, of_all, small),
             Fit(LARGE, of_large, large),
-            Fit(SMALL_USUAL, joined([without(of_all, UNUSUAL), of_usual]), usual, UNUSUAL),
+            Fit(SMALL_USUAL, Examples.concatenate([of_all.without(UNUSUAL), of_usual]), usual, UNUSUAL),
             Fit(PROPOSAL, of_all, proposal),
         )
         fitted = fit_all(fits, options.seed, options.processes, progress)
@@ -116,7 +114,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     networks = []
     for (network, errors), each in zip(fitted, fits, strict=True):
         examples = of_hard if network.grid == SMALL_GRID else of_large_hard
-        refitted, before, after = refit_odds(network, without(examples, each.left_out), options.seed)
+        refitted, before, after = refit_odds(network, examples.without(each.left_out), options.seed)
         console.print(f"{network.grid.size} x {network.grid.size} {errors}", highlight=False)
         console.print(f"hard negatives before: {before}; after: {after}", highlight=False)
         networks.append(refitted)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
@@ -10,7 +9,7 @@ import cv2
 import numpy as np
 from rich.progress import Progress
 
-from spinewatch.simulation.images.examples import FAMILIES, ExampleParameters, Examples, random_examples
+from spinewatch.simulation.images.examples import ExampleParameters, Examples, random_examples
 
 _CHUNK = 2000
 """Examples per chunk; part of what a seed means."""
@@ -51,19 +50,7 @@ def draw(
         for part in pool.map(_draw_chunk, seeds, sizes, [parameters] * len(sizes)):
             parts.append(part)
             progress.advance(task, len(part.ball))
-    return joined(parts)
-
-
-def joined(parts: Sequence[Examples]) -> Examples:
-    """Return the examples of several parts, in order."""
-    return Examples(*(np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])))
-
-
-def without(examples: Examples, families: Sequence[str]) -> Examples:
-    """Return the examples that belong to none of some families of looks."""
-    belongs = examples.families[:, [FAMILIES.index(name) for name in families]]
-    chosen = ~belongs.any(axis=1)
-    return Examples(*(getattr(examples, name)[chosen] for name in vars(examples)))
+    return Examples.concatenate(parts)
 
 
 def _draw_chunk(seed: np.random.SeedSequence, count: int, parameters: ExampleParameters) -> Examples:

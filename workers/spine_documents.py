@@ -45,7 +45,7 @@ class SpineInputs:
     levels
         The vertebrae of the surgery.
     stages
-        Poses of the labelled triads by name of the stage, in their order, object space of each stage.
+        Poses of the labelled triads by name of the stage, in the order of the stages, object space of each.
     references
         Take and calibration of each measured stage by name.
     radiographs

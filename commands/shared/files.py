@@ -76,6 +76,7 @@ def require_ending(path: Path, endings: Sequence[str], contents: str) -> None:
 
     ``contents`` names what would be written.
     """
+    # Of a name that is too long, the methods of Path raise.
     if path.suffix.lower() not in endings and (os.path.isfile(path) or not os.path.exists(path)):
         *others, last = [ending or "no ending" for ending in endings]
         known = f"{', '.join(others)} or {last}" if others else last

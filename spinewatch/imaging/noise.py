@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 
 from spinewatch.imaging.level_differences import Bytes
+from spinewatch.robust import MAD_TO_SD
 
-_NORMAL_QUARTILE = 0.6745
 _NOISE_KERNEL = np.array([1, -2, 1], np.float32)
 _NOISE_GAIN = 6.0
 """Standard deviation of the second differences in both directions over that of independent noise."""
@@ -38,7 +38,7 @@ def noise_levels(levels: Bytes) -> float:
     below = float(counts[index - 1]) if index else 0.0
     # The median of whole numbers, between the edges of its bin.
     middle = index - 0.5 + (half - below) / max(float(counts[index]) - below, 1.0)
-    return max(0.0, float(middle)) / (_NORMAL_QUARTILE * _NOISE_GAIN)
+    return MAD_TO_SD / _NOISE_GAIN * max(0.0, float(middle))
 
 
 def levels_share(levels: Bytes) -> float:

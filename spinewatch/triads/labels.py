@@ -16,6 +16,7 @@ from spinewatch.levels import level_numbers, vertebra_names
 from spinewatch.matching.selection_parameters import SpineAxis
 from spinewatch.triads.pose import DOUBTFUL, MeasuredTriad, Pose
 from spinewatch.triads.spacing import SpacingParameters, implausible_spacing
+from spinewatch.triads.spine_order import axis_problem, in_order
 
 Assignment = tuple[int, ...]
 """Index of the label of each triad, in order along the spine."""
@@ -223,7 +224,8 @@ def _labelled(
     extra_levels: Sequence[str],
 ) -> tuple[tuple[LabelledTriad, ...], tuple[Flag, ...]]:
     """Return triads in order along the axis with their labels, all or none, and flags."""
-    if problem := axis_problem(np.array([triad.position_mm for triad in ordered]), axis, p):
+    positions_mm = np.array([triad.position_mm for triad in ordered])
+    if problem := axis_problem(positions_mm, axis, p.max_axis_angle_deg, p.min_axis_margin_deg):
         return _unlabelled(ordered, problem), (Flag("spine-axis-implausible", problem),)
     assignment, reason = _assign(ordered, names, np.array(level_numbers(names, extra_levels)), p, known)
     if assignment is None:
@@ -235,87 +237,9 @@ def _labelled(
     return tuple(LabelledTriad(names[k], None, triad) for k, triad in labelled), ()
 
 
-def in_order(triads: Sequence[MeasuredTriad], axis: SpineAxis) -> list[MeasuredTriad]:
-    """Return triads in order along the spine axis.
-
-    Parameters
-    ----------
-    triads
-        Measured triads.
-    axis
-        Object axis along which the spine extends; "auto" is that of greatest extent.
-
-    Returns
-    -------
-    list of MeasuredTriad
-        The triads by increasing coordinate of their position.
-    """
-    if not triads:
-        return []
-    P = np.stack([t.position_mm for t in triads])
-    return [triads[i] for i in np.argsort(P[:, axis_number(P, axis)], kind="stable")]
-
-
-def axis_number(positions_mm: Float, axis: SpineAxis) -> int:
-    """Return the object axis along which triads are ordered.
-
-    Parameters
-    ----------
-    positions_mm
-        Positions of the triads, shape (n, 3), mm.
-    axis
-        Object axis along which the spine extends; "auto" is that of greatest extent.
-
-    Returns
-    -------
-    int
-        0 for x, 1 for y.
-    """
-    return int(np.argmax(np.ptp(positions_mm[:, :2], axis=0))) if axis == "auto" else "xy".index(axis)
-
-
 def _unlabelled(ordered: Sequence[MeasuredTriad], reason: str | None) -> tuple[LabelledTriad, ...]:
     """Return triads without labels."""
     return tuple(LabelledTriad(None, reason, triad) for triad in ordered)
-
-
-def axis_problem(positions_mm: Float, axis: SpineAxis, p: LabelParameters) -> str | None:
-    """Return why the order of triads along the axis is not their order along the spine.
-
-    Parameters
-    ----------
-    positions_mm
-        Positions of the triads, shape (n, 3), mm.
-    axis
-        Object axis along which the spine extends; "auto" is that of greatest extent.
-    p
-        Limits of the angle between the axis and the line of the triads.
-
-    Returns
-    -------
-    str or None
-        Sentence with the angle; None if the order along the axis is that along the spine.
-    """
-    if len(positions_mm) < 2:
-        return None
-    P = positions_mm[:, :2]
-    line = np.linalg.svd(P - P.mean(axis=0))[2][0]
-    to_x = float(np.degrees(np.arctan2(abs(line[1]), abs(line[0]))))
-    if axis != "auto":
-        angle = to_x if axis == "x" else 90 - to_x
-        if angle <= p.max_axis_angle_deg:
-            return None
-        return (
-            f"the triads lie along a line at {angle:.0f} degrees to the spine axis {axis}, more than"
-            f" {p.max_axis_angle_deg:g}; give the axis along which the spine lies"
-        )
-    orders = [list(np.argsort(P[:, k], kind="stable")) for k in (0, 1)]
-    if abs(to_x - 45) >= p.min_axis_margin_deg or orders[0] == orders[1]:
-        return None
-    return (
-        f"the triads lie along a line at {to_x:.0f} degrees to the x axis, and their order along x is not that along y;"
-        " give the spine axis, x or y"
-    )
 
 
 def spacing_problem(

@@ -14,10 +14,9 @@ from spinewatch.triads.labels import (
     KnownConfiguration,
     LabelledTriad,
     LabelParameters,
-    axis_number,
-    axis_problem,
     spacing_problem,
 )
+from spinewatch.triads.spine_order import axis_number, axis_problem
 
 LEVELS_IMPLAUSIBLE = "levels-implausible"
 """Code of the flag of labels that the order of the triads or the distances between them contradict."""
@@ -88,7 +87,7 @@ def _order_problem(
     names: Sequence[str], positions_mm: Float, axis: SpineAxis, p: LabelParameters
 ) -> str | None:
     """Return how the order of vertebrae (n,) at positions (n, 3) along the axis contradicts their names, or None."""
-    if axis_problem(positions_mm, axis, p):
+    if axis_problem(positions_mm, axis, p.max_axis_angle_deg, p.min_axis_margin_deg):
         return None
     k = axis_number(positions_mm, axis)
     along = positions_mm[:, k]

@@ -2,10 +2,11 @@ import pytest
 
 from bench import large_balls
 from bench.large_balls import LargeBalls
+from spinewatch.simulation.images.examples import UNUSUAL
 
 
 def test_a_few_large_balls_are_found() -> None:
-    examples = large_balls.draw(12, large_balls.UNUSUAL)
+    examples = large_balls.draw(12, UNUSUAL)
     found = large_balls.measure(examples, usual=True)
     assert 0 < found.n <= 12
     assert found.found > 0.5

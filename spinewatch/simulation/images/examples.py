@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -36,6 +36,8 @@ FAMILIES = (
     "noisy",
 )
 """Families of looks for which errors are reported; an example belongs to several, or to none."""
+UNUSUAL = tuple(family for family in FAMILIES if family != "glossy")
+"""Families of unusual looks; the others show glossy balls in clean and sharp images."""
 _SATIN, _MATTE = 0.14, 0.35
 """Roughness from which a ball is satin, and from which it is matte."""
 _DARK = 0.05
@@ -130,6 +132,53 @@ class Examples:
     lamp: Single
     log_height: Single
     families: Bool
+
+    @classmethod
+    def concatenate(cls, parts: Sequence[Examples]) -> Examples:
+        """Return the examples of several parts, in order.
+
+        Parameters
+        ----------
+        parts
+            The parts, at least one.
+
+        Returns
+        -------
+        examples : Examples
+            All examples.
+        """
+        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])))
+
+    def take(self, index: Int | Bool) -> Examples:
+        """Return a selection of the examples.
+
+        Parameters
+        ----------
+        index
+            Index or mask array.
+
+        Returns
+        -------
+        examples : Examples
+            The selected examples, in the order of the index.
+        """
+        return Examples(*(values[index] for values in vars(self).values()))
+
+    def without(self, families: Sequence[str]) -> Examples:
+        """Return the examples that belong to none of some families of looks.
+
+        Parameters
+        ----------
+        families
+            Names of families.
+
+        Returns
+        -------
+        examples : Examples
+            The other examples.
+        """
+        belongs = self.families[:, [FAMILIES.index(name) for name in families]]
+        return self.take(np.flatnonzero(~belongs.any(axis=1)))
 
 
 def random_examples(rng: np.random.Generator, count: int, parameters: ExampleParameters) -> Examples:

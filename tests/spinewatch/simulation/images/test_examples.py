@@ -6,7 +6,13 @@ from spinewatch.detection.refinement.lighting import Lighting
 from spinewatch.detection.refinement.network_file import default_networks
 from spinewatch.detection.refinement.networks import predict_balls
 from spinewatch.detection.refinement.patches import PatchGrid
-from spinewatch.simulation.images.examples import FAMILIES, ExampleParameters, random_examples
+from spinewatch.simulation.images.examples import (
+    FAMILIES,
+    UNUSUAL,
+    ExampleParameters,
+    Examples,
+    random_examples,
+)
 
 PARAMETERS = ExampleParameters(PatchGrid(25, 5.0), (8.0, 12.0), wider=20.0)
 
@@ -72,3 +78,13 @@ def test_places_without_a_ball_deceive_a_network_more_if_it_finds_them() -> None
         negatives = examples.patches[~examples.ball].astype(np.float32)
         odds.append(predict_balls(network, negatives, Lighting.expected(np.zeros(2))).log_odds)
     assert np.median(odds[1]) > np.median(odds[0]) + 0.5
+
+
+def test_selections_together_are_all_examples() -> None:
+    examples = random_examples(np.random.default_rng(8), 40, PARAMETERS)
+    usual = examples.without(UNUSUAL)
+    assert 0 < len(usual.ball) < 40
+    assert not usual.families[:, [FAMILIES.index(name) for name in UNUSUAL]].any()
+    both = Examples.concatenate([examples.take(np.arange(15)), examples.take(np.arange(40) >= 15)])
+    for name, values in vars(examples).items():
+        assert np.array_equal(getattr(both, name), values)
