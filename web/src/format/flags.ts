@@ -56,6 +56,7 @@ const WARNINGS = [
   "radiograph-heights-differ",
   "radiograph-rotation-unknown",
   "pixel-size-doubtful",
+  "initial-tilts-doubtful",
 ] as const;
 
 /** Flags of what was noted and taken into account. */
