@@ -27,12 +27,9 @@ from spinewatch.detection.refinement.lighting import Lighting, lighting_inputs
 from spinewatch.detection.refinement.network_file import default_networks
 from spinewatch.detection.refinement.networks import BallNetwork, predict_turned
 from spinewatch.detection.refinement.orientations import MIRRORED, ROTATED, UPRIGHT, mean_centres
-from spinewatch.simulation.images.examples import (
-    UNUSUAL,
-    ExampleParameters,
-    Examples,
-    random_examples,
-)
+from spinewatch.simulation.images.examples import Examples, random_examples
+from spinewatch.simulation.images.families import UNUSUAL
+from spinewatch.simulation.images.shots import ExampleParameters
 
 WIDTH_PX = 20.0
 LAMP_SD_RAD = 0.02

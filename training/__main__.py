@@ -21,7 +21,9 @@ from rich.progress import Progress
 from spinewatch.detection.refinement.network_file import write_networks
 from spinewatch.detection.refinement.networks import BallNetworks
 from spinewatch.detection.refinement.patches import PatchGrid
-from spinewatch.simulation.images.examples import UNUSUAL, ExampleParameters, Examples
+from spinewatch.simulation.images.examples import Examples
+from spinewatch.simulation.images.families import UNUSUAL
+from spinewatch.simulation.images.shots import ExampleParameters
 from training.draw import draw
 from training.fit_all import Fit, fit_all
 from training.model import Architecture
@@ -29,10 +31,10 @@ from training.odds import refit_odds
 
 SMALL_GRID, LARGE_GRID = PatchGrid(25, 5.0), PatchGrid(49, 10.0)
 """Samples of patches of balls of usual size, and of those in large images, which keep their detail."""
-PROPOSAL = Architecture(SMALL_GRID, 0.0, ((5, 3, 12), (3, 1, 24), (3, 2, 32)), 48)
-SMALL = Architecture(SMALL_GRID, 0.0, ((3, 1, 24), (3, 2, 48), (3, 1, 64), (3, 2, 96)), 128)
-SMALL_USUAL = Architecture(SMALL_GRID, 0.0, ((5, 2, 16), (3, 1, 32), (3, 2, 48)), 64)
-LARGE = Architecture(LARGE_GRID, 15.0, ((5, 2, 24), (3, 2, 48), (3, 1, 64), (3, 2, 96)), 128)
+PROPOSAL = Architecture(SMALL_GRID, 0.0, False, ((5, 3, 12), (3, 1, 24), (3, 2, 32)), 48)
+SMALL = Architecture(SMALL_GRID, 0.0, True, ((3, 1, 24), (3, 2, 48), (3, 1, 64), (3, 2, 96)), 128)
+SMALL_USUAL = Architecture(SMALL_GRID, 0.0, True, ((5, 2, 16), (3, 1, 32), (3, 2, 48)), 64)
+LARGE = Architecture(LARGE_GRID, 15.0, False, ((5, 2, 24), (3, 2, 48), (3, 1, 64), (3, 2, 96)), 128)
 """The proposal network, and the refinement networks for balls of usual size, of all and of usual looks, and for large
 balls. That of usual looks is small, because it sees all balls of all images of the cart."""
 SMALL_EXAMPLES = ExampleParameters(SMALL_GRID, (7.0, 13.5), wider=32.0)

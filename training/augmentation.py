@@ -1,4 +1,7 @@
-"""Examples as tensors, and their augmentation: random errors of the light's inputs, mirrored and transposed patches."""
+"""Examples as tensors, and their augmentation: random errors of the light's inputs, mirrored and transposed patches.
+
+What the networks see of the other balls is in ``training.others``.
+"""
 
 from __future__ import annotations
 
@@ -39,11 +42,11 @@ def as_tensors(examples: Examples) -> tuple[Tensor, Tensor]:
     Returns
     -------
     patches : Tensor
-        Normalized patches, shape (n, 1, size, size).
+        Normalized patches, shape (n, size, size).
     truth : Tensor
         Their truth, shape (n, 8), in columns from `BALL` to `LOG_HEIGHT`.
     """
-    patches = torch.from_numpy(normalize(examples.patches.astype(np.float32)))[:, None]
+    patches = torch.from_numpy(normalize(examples.patches.astype(np.float32)))
     columns = [getattr(examples, name) for name in _TRUTH]
     return patches, torch.from_numpy(np.column_stack(columns).astype(np.float32))
 
@@ -56,7 +59,7 @@ def augmented(
     Parameters
     ----------
     patches
-        Normalized patches, shape (n, 1, size, size).
+        Images of each patch, shape (n, channels in, size, size).
     truth
         Their truth, shape (n, 8).
     up
@@ -120,7 +123,7 @@ def turned(
     Parameters
     ----------
     patches
-        Patches, shape (n, 1, size, size).
+        Images of each patch, shape (n, channels in, size, size).
     light
         Inputs of the light, shape (n, 7).
     truth

@@ -9,7 +9,8 @@ import cv2
 import numpy as np
 from rich.progress import Progress
 
-from spinewatch.simulation.images.examples import ExampleParameters, Examples, random_examples
+from spinewatch.simulation.images.examples import Examples, random_examples
+from spinewatch.simulation.images.shots import ExampleParameters
 
 _CHUNK = 2000
 """Examples per chunk; part of what a seed means."""

@@ -10,7 +10,7 @@ from torch import Tensor
 
 from spinewatch.arrays import Bool
 from spinewatch.detection.refinement.networks import OUTPUTS, SCALES
-from spinewatch.simulation.images.examples import FAMILIES
+from spinewatch.simulation.images.families import FAMILIES
 from training.augmentation import BALL, VISIBLE, U
 from training.losses import by_name, centre_chi2
 
@@ -69,7 +69,9 @@ class FitErrors:
     families: dict[str, CentreErrors]
 
     def __str__(self) -> str:
-        lines = [f"held out, lamp not measured: classified correctly {self.classified:.1%}"]
+        lines = [
+            f"held out, lamp not measured, other balls known: classified correctly {self.classified:.1%}"
+        ]
         return "\n".join([*lines, *(f"  {name:13} {errors}" for name, errors in self.families.items())])
 
 

@@ -12,11 +12,13 @@ import numpy as np
 import torch
 
 from spinewatch.detection.refinement.networks import BallNetwork
-from spinewatch.simulation.images.examples import FAMILIES, Examples
-from training.augmentation import as_tensors, augmented, expected_light
+from spinewatch.simulation.images.examples import Examples
+from spinewatch.simulation.images.families import FAMILIES
+from training.augmentation import augmented, expected_light
 from training.errors import FitErrors, fit_errors
 from training.losses import batch_loss
 from training.model import Architecture, ball_network, random_model
+from training.others import SeenExamples
 
 BATCH = 256
 RATE = 2.5e-3
@@ -63,8 +65,8 @@ def fit(
     torch.manual_seed(seed)
     model = random_model(architecture)
     rng = np.random.default_rng(seed)
-    patches, truth = as_tensors(examples)
-    held_out = len(patches) - HELD_OUT_COUNT
+    all_known = SeenExamples.of(examples, architecture)
+    held_out = len(examples.ball) - HELD_OUT_COUNT
     used = torch.arange(held_out)
     if left_out:
         families = examples.families[:held_out, [FAMILIES.index(name) for name in left_out]]
@@ -73,17 +75,17 @@ def fit(
     optimizer = torch.optim.AdamW(model.parameters, lr=RATE, weight_decay=WEIGHT_DECAY)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, RATE, total_steps=epochs * batches)
     for _ in range(epochs):
+        seen = all_known.some_known(rng)
         order = used[torch.randperm(len(used))]
         for batch in order[: batches * BATCH].split(BATCH):
-            some_patches, some_light, some_truth = augmented(
-                patches[batch], truth[batch], examples.up[batch], rng
-            )
+            images, light, truth = augmented(seen.images(batch), seen.truth[batch], examples.up[batch], rng)
             optimizer.zero_grad()
-            batch_loss(model(some_patches, some_light), some_truth).backward()
+            batch_loss(model(images, light), truth).backward()
             optimizer.step()
             schedule.step()
         on_epoch()
     with torch.no_grad():
-        outputs = model(patches[held_out:], expected_light(examples.up[held_out:]))
-        errors = fit_errors(outputs, truth[held_out:], examples.families[held_out:])
+        rest = torch.arange(held_out, len(examples.ball))
+        outputs = model(all_known.images(rest), expected_light(examples.up[held_out:]))
+        errors = fit_errors(outputs, all_known.truth[held_out:], examples.families[held_out:])
     return ball_network(architecture, model), errors

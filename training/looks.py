@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from spinewatch.simulation.images.examples import FAMILIES
+from spinewatch.simulation.images.families import FAMILIES
 from training.__main__ import SMALL, SMALL_EXAMPLES
 from training.draw import draw
 from training.errors import CentreErrors, FitErrors

@@ -25,6 +25,8 @@ class Architecture:
         Samples of its patches.
     min_width_px
         Least width of balls that it is for, px.
+    sees_others
+        Whether the mean patch of the other balls is its second image.
     convolutions
         (size, stride, channels) of each convolution.
     hidden
@@ -33,6 +35,7 @@ class Architecture:
 
     grid: PatchGrid
     min_width_px: float
+    sees_others: bool
     convolutions: tuple[tuple[int, int, int], ...]
     hidden: int
 
@@ -66,7 +69,7 @@ class BallModel:
         return [parameter for part in parts for parameter in part.parameters()]
 
     def __call__(self, patches: Tensor, lighting: Tensor) -> Tensor:
-        """Return the outputs (n, k) of patches (n, 1, size, size) with the inputs (n, 7) of the light."""
+        """Return the outputs (n, k) of patches (n, channels in, size, size) with the inputs (n, 7) of the light."""
         in_order = patches.contiguous(memory_format=torch.channels_last)
         hidden = torch.relu(self.first(self.convolutions(in_order).flatten(1)) + self.lighting(lighting))
         return self.last(torch.relu(self.second(hidden)))
@@ -86,7 +89,7 @@ def random_model(architecture: Architecture) -> BallModel:
         The model.
     """
     steps: list[nn.Module] = []
-    size, channels = architecture.grid.size, 1
+    size, channels = architecture.grid.size, 1 + architecture.sees_others
     for kernel, stride, out in architecture.convolutions:
         steps += [nn.Conv2d(channels, out, kernel, stride), nn.ReLU()]
         size, channels = (size - kernel) // stride + 1, out

@@ -18,8 +18,9 @@ from spinewatch.arrays import Float, Single
 from spinewatch.detection.refinement.network_graph import NetworkGraph
 from spinewatch.detection.refinement.networks import OUTPUTS, BallNetwork
 from spinewatch.simulation.images.examples import Examples
-from training.augmentation import as_tensors, augmented
+from training.augmentation import augmented
 from training.fit import BATCH
+from training.others import SeenExamples
 
 RIDGE = 1e-4
 """Weight of the squares of the changes of the weights, for inputs of unit standard deviation."""
@@ -89,12 +90,12 @@ def _hidden(network: BallNetwork, examples: Examples, seed: int) -> Single:
     """Return the inputs (n, k) of a network's last layer for augmented examples."""
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
-    patches, truth = as_tensors(examples)
+    seen = SeenExamples.of(examples, network).some_known(rng)
     graph = NetworkGraph(network.layers[:-1], network.grid.size)
     parts = []
-    for batch in torch.arange(len(patches)).split(BATCH):
-        some, light, _ = augmented(patches[batch], truth[batch], examples.up[batch], rng)
-        parts.append(graph(some[:, 0].numpy(), light.numpy()))
+    for batch in torch.arange(len(examples.ball)).split(BATCH):
+        images, light, _ = augmented(seen.images(batch), seen.truth[batch], examples.up[batch], rng)
+        parts.append(graph(images.numpy(), light.numpy()))
     return np.maximum(np.concatenate(parts), 0)
 
 

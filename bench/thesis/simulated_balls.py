@@ -15,7 +15,7 @@ from spinewatch.arrays import Float, Single
 from spinewatch.detection.candidates.correlation import similarity
 from spinewatch.detection.candidates.similarity import Measure, Templates
 from spinewatch.detection.candidates.template_samples import round_mask
-from spinewatch.simulation.images.random_worlds import random_world
+from spinewatch.simulation.images.random_worlds import random_setting, random_world
 from spinewatch.simulation.images.ray_tracing import trace
 from spinewatch.simulation.images.sensor import SensorModel, expose
 from spinewatch.simulation.images.textures import random_textures
@@ -56,7 +56,11 @@ def worlds(count: int, seed: int = 1995) -> list[tuple[World, int]]:
     """Return random worlds with a ball at the origin, each with the seed of its sensor."""
     rng = np.random.default_rng(seed)
     textures = random_textures(rng, _TEXTURES, _TEXTURE_SIZE)
-    return [(_alone(random_world(rng, textures, present=True)), seed + k) for k in range(count)]
+    settings = [random_setting(rng, textures) for _ in range(count)]
+    return [
+        (_alone(random_world(rng, textures, setting, present=True)), seed + k)
+        for k, setting in enumerate(settings)
+    ]
 
 
 def _alone(world: World) -> World:

@@ -2,7 +2,7 @@ import pytest
 
 from bench import large_balls
 from bench.large_balls import LargeBalls
-from spinewatch.simulation.images.examples import UNUSUAL
+from spinewatch.simulation.images.families import UNUSUAL
 
 
 def test_a_few_large_balls_are_found() -> None:

@@ -12,7 +12,8 @@ torch = pytest.importorskip("torch", reason="training needs PyTorch, which the p
 
 from spinewatch.arrays import Single  # noqa: E402
 from spinewatch.detection.refinement.lighting import lighting_inputs  # noqa: E402
-from spinewatch.simulation.images.examples import FAMILIES, Examples  # noqa: E402
+from spinewatch.simulation.images.examples import Examples  # noqa: E402
+from spinewatch.simulation.images.families import FAMILIES  # noqa: E402
 from training.augmentation import (  # noqa: E402
     LAMP_U,
     LAMP_V,
@@ -45,6 +46,7 @@ def some_examples(n: int = 12) -> Examples:
         lamp=lamp,
         log_height=rng.normal(2.0, 0.3, n).astype(np.float32),
         families=rng.random((n, len(FAMILIES))) < 0.5,
+        image=np.arange(n) // 4,
     )
 
 
@@ -55,7 +57,7 @@ def light_of(lamp: Single, log_height: Single) -> Tensor:
 
 def batch() -> tuple[Tensor, Tensor, Tensor]:
     patches, truth = as_tensors(some_examples())
-    return patches, light_of(truth[:, [LAMP_U, LAMP_V]].numpy(), truth[:, LOG_HEIGHT].numpy()), truth
+    return patches[:, None], light_of(truth[:, [LAMP_U, LAMP_V]].numpy(), truth[:, LOG_HEIGHT].numpy()), truth
 
 
 def turn_batch(
@@ -67,7 +69,7 @@ def turn_batch(
 def test_the_truth_has_one_column_for_each_number() -> None:
     examples = some_examples()
     patches, truth = as_tensors(examples)
-    assert patches.shape == (12, 1, 9, 9)
+    assert patches.shape == (12, 9, 9)
     assert truth.shape == (12, 8)
     assert np.array_equal(truth[:, [U, V]].numpy(), examples.offset)
     assert np.array_equal(truth[:, LOG_HEIGHT].numpy(), examples.log_height)
@@ -110,7 +112,7 @@ def test_the_same_seeds_augment_alike() -> None:
 
     def once() -> tuple[Tensor, ...]:
         torch.manual_seed(3)
-        return augmented(patches, truth, examples.up, np.random.default_rng(4))
+        return augmented(patches[:, None], truth, examples.up, np.random.default_rng(4))
 
     assert all(torch.equal(one, other) for one, other in zip(once(), once(), strict=True))
     assert expected_light(examples.up).shape == once()[1].shape == (12, 7)

@@ -8,7 +8,7 @@ import pytest
 torch = pytest.importorskip("torch", reason="training needs PyTorch, which the project does not install")
 
 from spinewatch.detection.refinement.networks import OUTPUTS, SCALES  # noqa: E402
-from spinewatch.simulation.images.examples import FAMILIES  # noqa: E402
+from spinewatch.simulation.images.families import FAMILIES  # noqa: E402
 from training.augmentation import BALL, VISIBLE, U  # noqa: E402
 from training.errors import fit_errors  # noqa: E402
 

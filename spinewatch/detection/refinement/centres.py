@@ -1,8 +1,8 @@
 """Sub-pixel centres of balls with covariance: the best proposals of both views, refined by larger networks.
 
 There are three passes. First a few of the best proposals, for what the balls of a view share but the rig does not
-determine: their size, because the wound may be nearer or farther than where the optical axes meet, and the direction of
-the lamp. Then the best proposals with both known. Last the best of these rotated by 180 degrees
+determine: their size, because the wound may be nearer or farther than where the optical axes meet, the direction of the
+lamp, and their mean patch. Then the best proposals with these known. Last the best of these rotated by 180 degrees
 (`spinewatch.detection.refinement.orientations`).
 
 At first one network sees the upright patches and another one, of different training, the rotated ones. As long as the
@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spinewatch.arrays import Float, Int
+from spinewatch.arrays import Bool, Float, Int
 from spinewatch.detection.features import HIDDEN, DiscardedCandidates, Features
 from spinewatch.detection.refinement.centre_parameters import CentreParameters
 from spinewatch.detection.refinement.duplicates import nearest, without_duplicates
@@ -135,11 +135,14 @@ class Shared:
         Lamp directions estimated from the most probable balls.
     centre
         Centres of the outlines of all proposals, shape (n, 2), px; those of the best ones refined.
+    is_ball
+        Which of the proposals are probable balls in view, among the best ones, shape (n,).
     """
 
     ball_px: Float
     lamp: LampEstimates
     centre: Float
+    is_ball: Bool
 
 
 def measure_shared(view: Proposals, network: BallNetwork, p: CentreParameters) -> Shared:
@@ -165,7 +168,9 @@ def measure_shared(view: Proposals, network: BallNetwork, p: CentreParameters) -
     refined, centre[best] = predictor.at(centre[best])
     balls = refined.probable(p.min_odds)
     lamp = LampEstimates(view.camera, view.lamp, refined.lamp[balls], refined.lamp_sd[balls])
-    return Shared(view.ball_px * size_ratio(refined, p), lamp, centre)
+    is_ball = np.zeros(len(centre), dtype=bool)
+    is_ball[best] = refined.in_view(p.min_odds)
+    return Shared(view.ball_px * size_ratio(refined, p), lamp, centre, is_ball)
 
 
 def _refine(
@@ -179,14 +184,15 @@ def _refine(
     )
     covariance, visible, score = (a.copy() for a in (view.covariance, view.visible, view.score))
     refined = _best(score, p.n_refined)
-    upright, centre[refined] = for_upright.at(centre[refined])
+    upright, centre[refined] = for_upright.at(centre[refined], is_ball=shared.is_ball[refined])
     covariance[refined], visible[refined] = upright.covariance_px2(ball_px), upright.visible
     score[refined] = ball_scores(upright, view.similarity[refined], p)
 
     first = _best(score[refined], p.n_rotated)
     first = first[score[refined[first]] >= min_score]
     best = refined[first]
-    turned, centres = zip(*(for_turned.at(centre[best], turn) for turn in part.turns), strict=True)
+    is_ball = upright.in_view(p.min_odds)[first]
+    turned, centres = zip(*(for_turned.at(centre[best], turn, is_ball) for turn in part.turns), strict=True)
     mean = mean_centres(
         [centre[best], *centres],
         [covariance[best], *(seen.covariance_px2(ball_px) for seen in turned)],

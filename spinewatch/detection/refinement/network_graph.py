@@ -56,7 +56,7 @@ class NetworkGraph:
     Examples
     --------
     >>> mean = Layer(np.full((2, 2, 1, 1), 0.25, np.float32), np.zeros(1, np.float32), 1)
-    >>> NetworkGraph([mean], 2)(np.array([[[1, 2], [3, 4]]], np.float32), np.zeros(7, np.float32))
+    >>> NetworkGraph([mean], 2)(np.array([[[[1, 2], [3, 4]]]], np.float32), np.zeros(7, np.float32))
     array([[2.5]], dtype=float32)
     """
 
@@ -76,7 +76,7 @@ class NetworkGraph:
         Parameters
         ----------
         patches
-            Normalized patches, shape (n, size, size).
+            Images of each patch, shape (n, channels in, size, size).
         lighting
             Inputs of the light, shape (k,), or of the light of each patch, shape (n, k).
 
@@ -87,13 +87,13 @@ class NetworkGraph:
         """
         if not len(patches):  # some of ONNX Runtime's operators refuse empty arrays
             return np.empty((0, self._channels), np.float32)
-        inputs = {"patches": patches[:, None], "lighting": np.atleast_2d(lighting)[..., None, None]}
+        inputs = {"patches": patches, "lighting": np.atleast_2d(lighting)[..., None, None]}
         (outputs,) = self._session.run(None, inputs)
         return np.asarray(outputs)
 
 
 def _graph(layers: Sequence[Layer], size: int) -> GraphProto:
-    """Return the graph of a network for patches (n, 1, size, size) and the light (1 or n, k, 1, 1).
+    """Return the graph of a network for patches (n, channels in, size, size) and the light (1 or n, k, 1, 1).
 
     Layers whose window is all of their input are products of matrices, which take half the time of convolutions.
     """
@@ -130,5 +130,8 @@ def _graph(layers: Sequence[Layer], size: int) -> GraphProto:
     def value(name: str, *shape: int | str) -> ValueInfoProto:
         return helper.make_tensor_value_info(name, TensorProto.FLOAT, shape)
 
-    inputs = [value("patches", "n", 1, size, size), value("lighting", "m", N_INPUTS, 1, 1)]
+    inputs = [
+        value("patches", "n", layers[0].weights.shape[2], size, size),
+        value("lighting", "m", N_INPUTS, 1, 1),
+    ]
     return helper.make_graph(nodes, "ball", inputs, [value("outputs", "n", "k")], constants)

@@ -1,7 +1,8 @@
 """Small convolutional networks that estimate from a patch whether it shows a ball, and the ball's centre.
 
 They were trained with simulated images only (``training/``). The light of the view is an input
-(`spinewatch.detection.refinement.lighting`).
+(`spinewatch.detection.refinement.lighting`), and of most networks the mean patch of the view's other balls
+(`spinewatch.detection.refinement.other_balls`).
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 from spinewatch.arrays import Bool, Float, Single
 from spinewatch.detection.refinement.lighting import Lighting
 from spinewatch.detection.refinement.network_graph import Layer, NetworkGraph
+from spinewatch.detection.refinement.other_balls import MIN_VISIBLE, mean_of_other_balls
 from spinewatch.detection.refinement.patches import PatchGrid
 
 _CONTRAST_FLOOR = np.float32(0.05)
@@ -93,6 +95,11 @@ class BallNetwork:
     grid: PatchGrid
     min_width_px: float
     layers: tuple[Layer, ...]
+
+    @property
+    def sees_others(self) -> bool:
+        """Whether the mean patch of the other balls is its second image."""
+        return bool(self.layers[0].weights.shape[2] > 1)
 
     @cached_property
     def graph(self) -> NetworkGraph:
@@ -180,6 +187,21 @@ class BallEstimates:
         """
         return np.asarray(self.log_odds > np.log(min_odds))
 
+    def in_view(self, min_odds: float) -> Bool:
+        """Return which patches show a ball of some odds at least, most of it in view.
+
+        Parameters
+        ----------
+        min_odds
+            Least odds of a ball, which are exceeded.
+
+        Returns
+        -------
+        Bool
+            Mask, shape (n,).
+        """
+        return self.probable(min_odds) & (self.visible > MIN_VISIBLE)
+
     def covariance_px2(self, ball_px: Float) -> Float:
         """Return the covariances of the centres in the image.
 
@@ -196,7 +218,9 @@ class BallEstimates:
         return np.asarray(self.covariance * np.outer(ball_px, ball_px) / 4)
 
 
-def predict_balls(network: BallNetwork, patches: Single, lighting: Lighting) -> BallEstimates:
+def predict_balls(
+    network: BallNetwork, patches: Single, lighting: Lighting, is_ball: Bool | None = None
+) -> BallEstimates:
     """Return a network's estimates from patches.
 
     Parameters
@@ -207,6 +231,8 @@ def predict_balls(network: BallNetwork, patches: Single, lighting: Lighting) -> 
         Log gray levels, shape (n, size, size).
     lighting
         Light of the view.
+    is_ball
+        Which of the patches, all of one view, show balls, shape (n,); None when none is known to.
 
     Returns
     -------
@@ -221,7 +247,8 @@ def predict_balls(network: BallNetwork, patches: Single, lighting: Lighting) -> 
     >>> bool(predict_balls(network, even, lighting).log_odds[0] < 0)
     True
     """
-    out = network.graph(normalize(patches), lighting.inputs).astype(float)
+    known = np.zeros(len(patches), dtype=bool) if is_ball is None else is_ball
+    out = network.graph(_images(network, normalize(patches), known), lighting.inputs).astype(float)
     log_odds, offset, log_precision, off_diagonal, visible, log_size, lamp, log_lamp = (
         out[:, columns] for columns in _COLUMNS
     )
@@ -242,8 +269,18 @@ def predict_balls(network: BallNetwork, patches: Single, lighting: Lighting) -> 
     )
 
 
+def _images(network: BallNetwork, patches: Single, is_ball: Bool) -> Single:
+    """Return what a network sees of n normalized patches, shape (n, channels, size, size)."""
+    images = (patches, mean_of_other_balls(patches, is_ball)) if network.sees_others else (patches,)
+    return np.stack(images, axis=1)
+
+
 def predict_turned(
-    network: BallNetwork, patches: Single, lighting: Lighting, turn: tuple[int, int]
+    network: BallNetwork,
+    patches: Single,
+    lighting: Lighting,
+    turn: tuple[int, int],
+    is_ball: Bool | None = None,
 ) -> BallEstimates:
     """Return a network's estimates from patches that it sees mirrored or rotated by 180 degrees.
 
@@ -257,6 +294,8 @@ def predict_turned(
         Light of the view, upright.
     turn
         Signs of u and of v in what the network sees.
+    is_ball
+        Which of the patches show balls, shape (n,); None when none is known to.
 
     Returns
     -------
@@ -264,7 +303,7 @@ def predict_turned(
         Estimates from n patches, of the upright ones.
     """
     sign = np.array(turn)
-    seen = predict_balls(network, patches[:, :: turn[1], :: turn[0]], lighting.turned(turn))
+    seen = predict_balls(network, patches[:, :: turn[1], :: turn[0]], lighting.turned(turn), is_ball)
     return replace(
         seen,
         offset=sign * seen.offset,

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spinewatch.arrays import Float, Single
+from spinewatch.arrays import Bool, Float, Single
 from spinewatch.detection.refinement.lighting import Lighting
 from spinewatch.detection.refinement.networks import BallEstimates, BallNetwork, predict_turned
 from spinewatch.detection.refinement.patches import cut_patches
@@ -47,7 +47,9 @@ class PatchPredictor:
     lighting: Lighting
     max_shift: float
 
-    def at(self, positions_px: Float, turn: Turn = UPRIGHT) -> tuple[BallEstimates, Float]:
+    def at(
+        self, positions_px: Float, turn: Turn = UPRIGHT, is_ball: Bool | None = None
+    ) -> tuple[BallEstimates, Float]:
         """Return estimates from patches in an orientation.
 
         Parameters
@@ -56,6 +58,8 @@ class PatchPredictor:
             Where the patches are cut, (u, v), shape (n, 2), px.
         turn
             Orientation in which the network sees them.
+        is_ball
+            Where balls are, as far as that is known, shape (n,); None where it is not.
 
         Returns
         -------
@@ -66,7 +70,7 @@ class PatchPredictor:
         """
         pixel = np.rint(positions_px).astype(np.intp)
         patches = cut_patches(self.tone, pixel, (self.ball_px[0], self.ball_px[1]), self.network.grid)
-        estimates = predict_turned(self.network, patches, self.lighting, turn)
+        estimates = predict_turned(self.network, patches, self.lighting, turn, is_ball)
         shift = estimates.offset.clip(-self.max_shift, self.max_shift)
         return estimates, pixel + shift * (self.ball_px / 2)
 

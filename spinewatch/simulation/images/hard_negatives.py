@@ -39,7 +39,7 @@ def hard_negative(
     network: BallNetwork,
     ball_px: Float,
     draw_world: Callable[[], World],
-    draw_sensor: Callable[[], SensorModel],
+    sensor: SensorModel,
     rng: np.random.Generator,
 ) -> tuple[World, Float]:
     """Return a world and a place in it without a ball, for which a network states high odds.
@@ -52,8 +52,8 @@ def hard_negative(
         Width and height of balls, shape (2,), px.
     draw_world
         Returns a random world without a ball at its origin.
-    draw_sensor
-        Returns a random sensor.
+    sensor
+        Sensor of the image.
     rng
         Source of random numbers, for the noise.
 
@@ -71,20 +71,20 @@ def hard_negative(
     Examples
     --------
     >>> from spinewatch.detection.refinement.network_file import default_networks
-    >>> from spinewatch.simulation.images.random_worlds import random_world
+    >>> from spinewatch.simulation.images.random_worlds import random_setting, random_world
     >>> from spinewatch.simulation.images.sensor import random_sensor
     >>> from spinewatch.simulation.images.textures import random_textures
     >>> rng = np.random.default_rng(0)
     >>> textures = random_textures(rng, 2, 32)
-    >>> draw_world = lambda: random_world(rng, textures, present=False)
-    >>> draw_sensor = lambda: random_sensor(rng, (9.0, 10.0))
-    >>> world, place = hard_negative(default_networks().proposal, np.array([9, 10]), draw_world, draw_sensor, rng)
+    >>> setting, sensor = random_setting(rng, textures), random_sensor(rng, (9.0, 10.0))
+    >>> draw_world = lambda: random_world(rng, textures, setting, present=False)
+    >>> world, place = hard_negative(default_networks().proposal, np.array([9, 10]), draw_world, sensor, rng)
     >>> world.present, place.shape
     (False, (2,))
     """
     worlds = [draw_world() for _ in range(_TRIED)]
     log_odds = [
-        np.where(_without_ball(world), _log_odds(network, world, ball_px, draw_sensor(), rng), -np.inf)
+        np.where(_without_ball(world), _log_odds(network, world, ball_px, sensor, rng), -np.inf)
         for world in worlds
     ]
     best, place = np.unravel_index(np.argmax(log_odds), (len(worlds), len(_PLACES)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from spinewatch.simulation.images.draws import leaning, log_uniform, near, unit_
 from spinewatch.simulation.images.world import Lamp, Surround
 
 NO_SURROUND = Surround(0.0, 0.0)
+
+_MOVED_RAD = 0.03
+"""Standard deviation per axis of the lamps' directions within a view, in which they are not quite distant."""
 
 _REGIMES = {"lamp": 0.3, "twin": 0.12, "mixed": 0.22, "overhead": 0.16, "side": 0.2}
 _BY_CART = {
@@ -85,6 +88,31 @@ def random_light(rng: np.random.Generator, up: Single) -> Light:
     if rng.random() < 0.5:
         surround = Surround(log_uniform(rng, 0.01, 0.2), rng.uniform(0.0, 0.8))
     return Light(tuple(lamps), lamp, log_uniform(rng, 0.01, 0.15) + 0.1 * rest, glow, surround)
+
+
+def moved(rng: np.random.Generator, light: Light) -> Light:
+    """Return the light at another place of a view: all lamps are rotated by the same small, random rotation.
+
+    Parameters
+    ----------
+    rng
+        Source of random numbers.
+    light
+        The light at one place.
+
+    Returns
+    -------
+    Light
+        The light at the other place.
+    """
+    rotation = rng.normal(0, _MOVED_RAD, 3)
+
+    def rotated(direction: Single) -> Single:
+        away = direction + np.cross(rotation, direction)
+        return np.asarray(away / np.linalg.norm(away), dtype=np.float32)
+
+    lamps = tuple(replace(lamp, direction=rotated(lamp.direction)) for lamp in light.lamps)
+    return replace(light, lamps=lamps, lamp=rotated(light.lamp))
 
 
 def _twin_lamps(rng: np.random.Generator, middle: Single, irradiance: float) -> list[Lamp]:

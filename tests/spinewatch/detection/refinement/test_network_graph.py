@@ -21,12 +21,16 @@ NETWORKS = (default_networks().proposal, *default_networks().refinement)
 
 def patches(network: BallNetwork, count: int) -> Singles:
     size = network.grid.size
-    return np.random.default_rng(count).normal(0, 1, (count, size, size)).astype(np.float32)
+    return (
+        np.random.default_rng(count)
+        .normal(0, 1, (count, 1 + network.sees_others, size, size))
+        .astype(np.float32)
+    )
 
 
 def in_numpy(network: BallNetwork, x: Singles, light: Singles) -> Singles:
-    """Return the outputs (n, k) of patches (n, h, w), by direct sums."""
-    x = x[..., None]
+    """Return the outputs (n, k) of patches (n, channels in, h, w), by direct sums."""
+    x = x.transpose(0, 2, 3, 1)
     for layer in network.layers:
         windows = np.lib.stride_tricks.sliding_window_view(x, layer.weights.shape[:2], axis=(1, 2))
         windows = windows[:, :: layer.stride, :: layer.stride]
@@ -55,14 +59,14 @@ def test_no_patches_have_no_outputs() -> None:
 
 
 def test_rotated_patches_need_not_be_contiguous() -> None:
-    x = patches(NETWORKS[1], 3)[:, ::-1, ::-1]
+    x = patches(NETWORKS[1], 3)[..., ::-1, ::-1]
     assert np.array_equal(NETWORKS[1].graph(x, LIGHT), NETWORKS[1].graph(x.copy(), LIGHT))
 
 
 def test_a_layer_of_one_channel_with_a_stride() -> None:
     layer = Layer(np.ones((2, 2, 1, 1), np.float32), np.zeros(1, np.float32), 2)
     last = Layer(np.ones((2, 2, 1, 1), np.float32), np.array([0.5], np.float32), 1)
-    x = np.arange(16, dtype=np.float32).reshape(1, 4, 4)
+    x = np.arange(16, dtype=np.float32).reshape(1, 1, 4, 4)
     assert NetworkGraph([layer, last], 4)(x, LIGHT).item() == x.sum() + 0.5
 
 
@@ -87,7 +91,7 @@ import numpy as np
 from spinewatch.detection.refinement.lighting import Lighting
 from spinewatch.detection.refinement.network_file import default_networks
 network, light = default_networks().proposal, np.zeros(7, np.float32)
-x = np.linspace(-1, 1, 625, dtype=np.float32).reshape(1, 25, 25)
+x = np.linspace(-1, 1, 625, dtype=np.float32).reshape(1, 1, 25, 25)
 here = network.graph(x, light)
 assert len(os.listdir("/proc/self/task")) == 1, "a thread"
 child = os.fork()

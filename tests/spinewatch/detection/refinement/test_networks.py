@@ -14,7 +14,8 @@ from spinewatch.detection.refinement.networks import (
     predict_balls,
     predict_turned,
 )
-from spinewatch.simulation.images.examples import ExampleParameters, Examples, random_examples
+from spinewatch.simulation.images.examples import Examples, random_examples
+from spinewatch.simulation.images.shots import ExampleParameters
 
 LIGHT = Lighting.measured(np.array([0.3, 0.1]), 4.0)
 

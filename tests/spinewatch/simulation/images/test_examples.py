@@ -6,13 +6,9 @@ from spinewatch.detection.refinement.lighting import Lighting
 from spinewatch.detection.refinement.network_file import default_networks
 from spinewatch.detection.refinement.networks import predict_balls
 from spinewatch.detection.refinement.patches import PatchGrid
-from spinewatch.simulation.images.examples import (
-    FAMILIES,
-    UNUSUAL,
-    ExampleParameters,
-    Examples,
-    random_examples,
-)
+from spinewatch.simulation.images.examples import Examples, random_examples
+from spinewatch.simulation.images.families import FAMILIES, UNUSUAL
+from spinewatch.simulation.images.shots import ExampleParameters
 
 PARAMETERS = ExampleParameters(PatchGrid(25, 5.0), (8.0, 12.0), wider=20.0)
 
@@ -51,12 +47,12 @@ def test_balls_are_darker_than_bright_surroundings_at_the_stated_centre() -> Non
 
 
 def test_families_are_of_the_stated_looks() -> None:
-    examples = random_examples(np.random.default_rng(8), 150, PARAMETERS)
+    examples = random_examples(np.random.default_rng(8), 640, PARAMETERS)
     family = dict(zip(FAMILIES, examples.families.T, strict=True))
     gloss = sum(family[name].astype(int) for name in ("glossy", "satin", "matte"))
     assert np.all(gloss[examples.ball] == 1)
     assert np.all(gloss <= 1)
-    assert all(0 < members.sum() < 100 for members in family.values())
+    assert all(0 < members.sum() < 400 for members in family.values())
 
 
 def test_no_example_belongs_to_a_family_that_is_left_out() -> None:
@@ -81,10 +77,23 @@ def test_places_without_a_ball_deceive_a_network_more_if_it_finds_them() -> None
 
 
 def test_selections_together_are_all_examples() -> None:
-    examples = random_examples(np.random.default_rng(8), 40, PARAMETERS)
+    n = 240
+    examples = random_examples(np.random.default_rng(8), n, PARAMETERS)
     usual = examples.without(UNUSUAL)
-    assert 0 < len(usual.ball) < 40
+    assert 0 < len(usual.ball) < n
     assert not usual.families[:, [FAMILIES.index(name) for name in UNUSUAL]].any()
-    both = Examples.concatenate([examples.take(np.arange(15)), examples.take(np.arange(40) >= 15)])
+    first, rest = examples.take(np.arange(16)), examples.take(np.arange(n) >= 16)
+    both = Examples.concatenate([first, replace(rest, image=rest.image - 2)])
     for name, values in vars(examples).items():
         assert np.array_equal(getattr(both, name), values)
+
+
+def test_examples_of_an_image_share_its_light_and_sensor() -> None:
+    examples = random_examples(np.random.default_rng(11), 96, PARAMETERS)
+    assert np.array_equal(examples.image, np.arange(96) // 8)
+    of_sensor = [FAMILIES.index(name) for name in ("defocused", "shaken", "compressed", "sharpened", "noisy")]
+    for image in range(12):
+        same = examples.image == image
+        assert np.unique(examples.up[same], axis=0).shape == (1, 2)
+        assert np.ptp(examples.lamp[same], axis=0).max() < 0.3
+        assert np.unique(examples.families[same][:, of_sensor], axis=0).shape[0] == 1

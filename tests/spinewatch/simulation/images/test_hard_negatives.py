@@ -2,7 +2,7 @@ import numpy as np
 
 from spinewatch.detection.refinement.network_file import default_networks
 from spinewatch.simulation.images.hard_negatives import hard_negative
-from spinewatch.simulation.images.random_worlds import random_world
+from spinewatch.simulation.images.random_worlds import random_setting, random_world
 from spinewatch.simulation.images.sensor import random_sensor
 from spinewatch.simulation.images.textures import random_textures
 
@@ -17,8 +17,8 @@ def test_no_ball_is_near_the_place() -> None:
         world, place = hard_negative(
             default_networks().proposal,
             BALL_PX,
-            lambda: random_world(rng, textures, present=False),
-            lambda: random_sensor(rng, (9.0, 10.6)),
+            lambda: random_world(rng, textures, random_setting(rng, textures), present=False),
+            random_sensor(rng, (9.0, 10.6)),
             rng,
         )
         assert not world.present
