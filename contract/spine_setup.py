@@ -223,7 +223,11 @@ class SpineSetup(Schema):
         VertebraName | None, Field(description="Vertebra of the reference triad; null for the surgery's.")
     ] = None
     baseline: Annotated[
-        StageName | None, Field(description="Stage of the initial configuration; null for the first one.")
+        StageName | None,
+        Field(
+            description="Stage of the initial configuration; null for the first one of the surgery. No later one takes"
+            " its place when it has no result or no pose of the reference triad."
+        ),
     ] = None
     initial: Annotated[InitialConfiguration, Field(description="The initial configuration.")]
     target: Annotated[

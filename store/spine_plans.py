@@ -55,7 +55,7 @@ class StagePlan:
     reference
         Name, take and calibration of the stage.
     baseline
-        Name of the baseline stage, None while no stage has a pose of the reference triad.
+        Name of the baseline stage, which may have no result yet.
     previous
         Name of the stage before, of those that have a pose of the reference triad; None for the first one.
     fingerprint
@@ -64,7 +64,7 @@ class StagePlan:
 
     stage_id: str
     reference: StageReference
-    baseline: str | None
+    baseline: str
     previous: str | None
     fingerprint: str
 
@@ -84,14 +84,15 @@ def plans(session: Session, surgery: Surgery, setup: StoredSpineSetup) -> tuple[
     Returns
     -------
     tuple of StagePlan
-        Measured stages in the order of `stages.IN_ORDER`. Without a named baseline, the first one with a pose of the
-        reference triad is the baseline.
+        Measured stages in the order of `stages.IN_ORDER`. Without a named baseline it is the first stage of the
+        surgery, whatever became of it.
     """
     reference = setup.setup.reference_vertebra or surgery.reference_vertebra
     posed = select(Triad.stage_id).where(Triad.stage_id == Stage.id, is_posed(reference)).exists()
     query = select(Stage, posed).where(Stage.id.in_(stages.counting(surgery.id)))
     rows = session.execute(query.order_by(*stages.IN_ORDER))
-    return plans_of(setup, [(stage, has) for stage, has in rows])
+    first = select(Stage.name).where(Stage.surgery_id == surgery.id).order_by(*stages.IN_ORDER).limit(1)
+    return plans_of(setup, session.scalars(first).first(), [(stage, has) for stage, has in rows])
 
 
 def is_posed(vertebra: str | BindParameter[str]) -> ColumnElement[bool]:
@@ -110,13 +111,17 @@ def is_posed(vertebra: str | BindParameter[str]) -> ColumnElement[bool]:
     return and_(Triad.label == vertebra, Triad.triad["position_mm"].as_string().is_not(None))
 
 
-def plans_of(setup: StoredSpineSetup, rows: Sequence[tuple[Take, bool]]) -> tuple[StagePlan, ...]:
+def plans_of(
+    setup: StoredSpineSetup, first: str | None, rows: Sequence[tuple[Take, bool]]
+) -> tuple[StagePlan, ...]:
     """Return what the spine of each measured stage is computed from, as `plans`.
 
     Parameters
     ----------
     setup
         The setup of the surgery.
+    first
+        Name of the first stage of the surgery, measured or not; None while there is none.
     rows
         The take of each measured stage whose results count, in the order of `stages.IN_ORDER`, and whether it has a
         pose of the reference triad.
@@ -126,16 +131,18 @@ def plans_of(setup: StoredSpineSetup, rows: Sequence[tuple[Take, bool]]) -> tupl
     tuple of StagePlan
         In the same order.
     """
+    if first is None:
+        return ()
     ids = {stage.name: stage.id for stage, _ in rows}
     clamped = [[ids.get(item.before), ids.get(item.after)] for item in setup.rebaselines]
-    compared = comparisons([(stage.name, has) for stage, has in rows], setup.setup.baseline)
+    compared = comparisons(first, [(stage.name, has) for stage, has in rows], setup.setup.baseline)
     planned = []
     for (stage, _), others in zip(rows, compared, strict=True):
         inputs = [
             setup.revision,
             clamped,
             stage.id,
-            others.baseline and ids.get(others.baseline),
+            ids.get(others.baseline),
             others.previous and ids[others.previous],
         ]
         planned.append(

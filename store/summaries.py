@@ -140,7 +140,8 @@ def get(session: Session, surgery_id: str) -> SummaryRows:
     computed: Mapping[str, StoredSpine | None] = {}
     if setup is not None:
         measured = [(row.stage, row.stage.id in posed) for row in shown if row.version is not None]
-        computed = spines.stored(session, surgery_id, spine_plans.plans_of(setup, measured))
+        first = shown[0].stage.name if shown else None
+        computed = spines.stored(session, surgery_id, spine_plans.plans_of(setup, first, measured))
     complete = [
         row
         if row.version is None

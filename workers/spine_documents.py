@@ -13,19 +13,13 @@ from contract.library_setup import SurgeryLevels, library_setup, marked_poses
 from contract.spine import StageSpine
 from contract.spine_setup import NewRebaseline, SpineSetup, planned_vertebrae
 from contract.stage_reference import StageReference
-from spinewatch.errors import ParameterError
 from spinewatch.spine.assessment import SpineParameters, assess_stage
 from spinewatch.spine.motion import ReferenceMissingError
 from spinewatch.spine.radiograph_landmarks import RadiographView
+from spinewatch.spine.stage_order import require_baseline
 from spinewatch.triads.pose import Pose
 
 _VERSION = version("spinewatch")
-
-
-class BaselineMissingError(ParameterError):
-    """No stage has a pose of the reference triad yet, or the named baseline stage has no result."""
-
-    code = "baseline-missing"
 
 
 @dataclass(frozen=True)
@@ -65,7 +59,7 @@ class SpineInputs:
 def spine_document(
     inputs: SpineInputs,
     stage: str,
-    baseline: str | None,
+    baseline: str,
     previous: str | None,
     parameters: SpineParameters | None = None,
 ) -> StageSpine:
@@ -78,7 +72,7 @@ def spine_document(
     stage
         Name of the stage.
     baseline
-        Name of the baseline stage; None while no stage has a pose of the reference triad.
+        Name of the baseline stage.
     previous
         Name of the stage before, of those with a pose of the reference triad; None for the first one.
     parameters
@@ -97,7 +91,6 @@ def spine_document(
     p = parameters or SpineParameters()
     reference = inputs.setup.reference_vertebra or inputs.levels.reference_vertebra
     _require_reference(inputs, reference, stage, baseline)
-    assert baseline is not None  # noqa: S101 - checked above
     stages = {name: marked_poses(inputs.setup, poses) for name, poses in inputs.stages.items()}
     setup, doubts = library_setup(
         inputs.setup, inputs.rebaselines, inputs.levels, baseline, stages[baseline], inputs.radiographs
@@ -120,20 +113,10 @@ def spine_document(
     )
 
 
-def _require_reference(inputs: SpineInputs, reference: str, stage: str, baseline: str | None) -> None:
-    if baseline is None:
-        raise BaselineMissingError(
-            f"the reference triad {reference} has a pose in no stage; take a stage again, or name another"
-            " reference_vertebra in the setup"
+def _require_reference(inputs: SpineInputs, reference: str, stage: str, baseline: str) -> None:
+    require_baseline(baseline, reference, inputs.stages[baseline] if baseline in inputs.references else None)
+    if reference not in inputs.stages[stage]:
+        raise ReferenceMissingError(
+            f"the reference triad {reference} has no pose in stage {stage}; label it there or take the stage again, or"
+            " name another reference_vertebra in the setup"
         )
-    if baseline not in inputs.references:
-        raise BaselineMissingError(
-            f"the baseline stage {baseline} has no result; wait until its job has succeeded, or name another baseline"
-            " in the setup"
-        )
-    for name in dict.fromkeys((baseline, stage)):
-        if reference not in inputs.stages[name]:
-            raise ReferenceMissingError(
-                f"the reference triad {reference} has no pose in stage {name}; take the stage again, or name another"
-                " reference_vertebra in the setup"
-            )

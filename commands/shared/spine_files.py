@@ -191,7 +191,8 @@ def _summary_stages(
     triad = inputs.setup.reference_vertebra or reference
     names = [(content.file.name, triad in inputs.stages[content.file.name]) for content in contents]
     found = []
-    for content, others in zip(contents, comparisons(names, inputs.setup.baseline), strict=True):
+    compared = comparisons(names[0][0], names, inputs.setup.baseline) if names else ()
+    for content, others in zip(contents, compared, strict=True):
         name = content.file.name
         spine: StageSpine | None = None
         reason: str | None = None

@@ -18,7 +18,8 @@ from service.parameters import SurgeryId
 from spinewatch.errors import SpinewatchError
 from spinewatch.spine.body_motion import body_motion
 from spinewatch.spine.configuration import InitialKind
-from spinewatch.spine.motion import ReferenceMissingError, relative_motion
+from spinewatch.spine.motion import relative_motion
+from spinewatch.spine.stage_order import require_baseline
 from spinewatch.triads.pose import Pose
 from store import measurements, spines, surgeries, tables
 from store.spines import SpineWork
@@ -82,9 +83,9 @@ def _bodies(work: SpineWork, start: str, end: str) -> tuple[BodyMotion | None, s
     reference = document.reference_vertebra or work.reference_vertebra
     baseline = work.plans[0].baseline
     stages = {name: marked_poses(document, poses) for name, poses in work.poses.items()}
+    measured = {plan.reference.name for plan in work.plans}
     try:
-        if baseline is None or reference not in stages[baseline]:
-            raise ReferenceMissingError(f"the reference triad {reference} has no pose in the baseline stage")
+        require_baseline(baseline, reference, stages[baseline] if baseline in measured else None)
         levels = SurgeryLevels(work.reference_vertebra, work.extra_levels)
         rebaselines = work.setup.rebaselines
         setup, _ = library_setup(document, rebaselines, levels, baseline, stages[baseline], work.radiographs)

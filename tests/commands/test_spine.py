@@ -91,7 +91,28 @@ def test_a_stage_without_the_reference_has_a_reason(run: Run, tmp_path: Path) ->
     (tmp_path / "a.json").write_text(json.dumps(document))
     status, out, _ = run("spine", SETUP, "A=a.json", "--tables")
     assert status == 0
-    assert "A: the reference triad L1 has a pose in no stage" in out
+    assert "A: the reference triad L1 has no pose in the baseline stage A; label it there" in " ".join(
+        out.split()
+    )
+
+
+def test_a_first_stage_without_the_reference_leaves_no_spine_to_the_others(
+    run: Run, stages: list[str], tmp_path: Path
+) -> None:
+    before = json.loads((tmp_path / "PRE.json").read_text())
+    before["triads"] = [item for item in before["triads"] if item["label"] != "L1"]
+    (tmp_path / "PRE.json").write_text(json.dumps(before))
+    _, out, _ = run("spine", SETUP, *stages)
+    found = SurgerySummary.model_validate_json(out)
+    assert [stage.spine for stage in found.stages] == [None, None]
+    assert all("the baseline stage PRE" in str(stage.spine_reason) for stage in found.stages)
+    named = {**json.loads(SETUP.read_text()), "baseline": "POST"}
+    (tmp_path / "named.json").write_text(json.dumps(named))
+    _, out, _ = run("spine", "named.json", *stages)
+    spines = [stage.spine for stage in SurgerySummary.model_validate_json(out).stages]
+    assert spines[0] is None
+    assert spines[1] is not None
+    assert spines[1].baseline.name == "POST"
 
 
 @pytest.mark.parametrize(
