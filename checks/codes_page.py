@@ -42,7 +42,8 @@ of [flags.md](flags.md). A vertebra that is not below, such as L6 or S1, has its
 
 What was not measured is not written as a number: in DICOM it is an evaluation with the value `not_measured` and a
 reason, in FHIR an Observation with a dataAbsentReason. An Observation is `final` when its value is measured, and
-`preliminary` when it is bracketed, interpolated or assumed.
+`preliminary` when it is bracketed, interpolated or assumed, or its curve may go on beyond the measured span
+(`open-end`).
 
 This page is generated from `exports/codes.py` by `python -m checks.codes_page --write`.
 """

@@ -1,4 +1,4 @@
-"""``spinewatch igtl``: the latest spine of a surgery as OpenIGTLink messages."""
+"""``spinewatch igtl``: the spine of the latest stage of a surgery as OpenIGTLink messages."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def igtl(
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0 for any.")] = 18944,
     stage: Annotated[
-        str | None, typer.Option(help="Stage to send.", show_default="the latest one with a spine")
+        str | None, typer.Option(help="Stage to send.", show_default="the latest one whose job has ended")
     ] = None,
     poll: Annotated[
         float, typer.Option(min=0.05, max=3600.0, help="Seconds between looks for a new stage.")
@@ -77,22 +77,31 @@ class _Feed:
         self._levels: dict[str, None] = {}
 
     def changed(self) -> bytes | None:
-        """Return the messages of the latest spine, None when the source has nothing new."""
-        from exports.openigtlink import stage_messages  # noqa: PLC0415 - --help does not need NumPy
-        from exports.selection import selected_stages  # noqa: PLC0415
+        """Return the messages of the latest stage whose job has ended, None when the source has nothing new.
+
+        Without a spine of that stage every vertebra that clients may know is lost: the spine has moved since.
+        """
+        from contract.job import FINAL_STATES  # noqa: PLC0415 - --help needs neither pydantic nor NumPy
+        from exports.openigtlink import stage_messages  # noqa: PLC0415
+        from exports.selection import no_spine_reason, selected_stages  # noqa: PLC0415
 
         summary = self._source.changed()
         if summary is None:
             return None
-        stages = [found for found in selected_stages(summary, self._stage) if found.spine is not None]
-        if not stages:
+        ended = [found for found in selected_stages(summary, self._stage) if found.state in FINAL_STATES]
+        self._levels |= {
+            state.vertebra: None
+            for found in summary.stages
+            if found.spine is not None
+            for state in found.spine.vertebrae
+        }
+        if not ended or not self._levels:
             self._say_once("no spine is measured yet; waiting for one")
             return None
-        self._say_once(f"sending stage {stages[-1].name}, take {stages[-1].take}")
-        messages = stage_messages(stages[-1], summary.surgery_id, self._levels)
-        self._levels |= {
-            message.metadata["Vertebra"]: None for message in messages if "Vertebra" in message.metadata
-        }
+        latest = ended[-1]
+        missing = "" if latest.spine is not None else f": every vertebra is lost, {no_spine_reason(latest)}"
+        self._say_once(f"sending stage {latest.name}, take {latest.take}{missing}")
+        messages = stage_messages(latest, summary.surgery_id, self._levels)
         return b"".join(message.pack() for message in messages)
 
     def changed_or_reported(self) -> bytes | None:

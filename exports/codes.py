@@ -128,6 +128,7 @@ ITEMS: Mapping[str, Code] = MappingProxyType(
             Code("stereo-spine", "Optical stereo measurement of the spine"),
             Code("stage", "Stage of the surgery"),
             Code("derivation", "What the value is derived from"),
+            Code("open-end", "End of the measured span, beyond which the curve may go on"),
         )
     }
 )

@@ -15,13 +15,14 @@ from contract.triad import Triad
 from exports.archive import zip_archive
 from exports.csv_table import Cell, csv_table
 from exports.definitions import definition_table, definitions_of
+from exports.open_ends import open_ends
 from exports.selection import selected_spines, selected_stages
 from spinewatch.errors import SpinewatchError
 
 MEDIA_TYPE = "application/zip"
 FILE_SUFFIX = ".csv.zip"
 TABLES = (
-    "stages", "vertebrae", "motion", "measures", "attribution", "remaining", "triads", "flags", "definitions"
+    "stages", "vertebrae", "curves", "motion", "measures", "attribution", "remaining", "triads", "flags", "definitions"
 )  # fmt: skip
 
 _AXES = ("x_anterior", "y_left", "z_cephalad")
@@ -157,6 +158,15 @@ def _vertebra_rows(summary: SurgerySummary, stage: str | None) -> Iterator[Row]:
             ]  # fmt: skip
 
 
+def _curve_rows(summary: SurgerySummary, stage: str | None) -> Iterator[Row]:
+    for spine in selected_spines(summary, stage):
+        for curve in spine.curves:
+            yield [
+                spine.stage, spine.take, curve.name, curve.upper, curve.apex, curve.lower, curve.side,
+                " ".join(curve.open_ends),
+            ]  # fmt: skip
+
+
 def _changes(spine: StageSpine) -> Iterator[SpineChange]:
     baseline, previous = spine.since_baseline, spine.since_previous
     if baseline is not None:
@@ -194,7 +204,7 @@ def _measure_row(spine: StageSpine, kind: str, since: str | None, value: Measure
     return [
         spine.stage, spine.take, kind, since, value.definition, value.curve, " ".join(value.levels),
         *_in_unit(value.unit, [value.value, value.sd, *_interval(value.interval)]),
-        value.status.value, value.assumed, value.reason,
+        value.status.value, value.assumed, " ".join(open_ends(spine).get(value.curve or "", ())), value.reason,
     ]  # fmt: skip
 
 
@@ -270,6 +280,7 @@ _WRITERS: Mapping[str, tuple[list[str], _Rows]] = {
          *_end_columns("axial_rotation", "deg"), *_end_columns("lateral_displacement", "mm"), "status", "reason"],
         _vertebra_rows,
     ),
+    "curves": (["stage", "take", "curve", "upper", "apex", "lower", "side", "open_ends"], _curve_rows),
     "motion": (
         ["stage", "take", "since_stage", "since_take", "vertebra", "origin", *_axis_columns("translation", "mm"),
          *_axis_columns("translation_sd", "mm"), *_axis_columns("rotation", "deg"),
@@ -280,7 +291,7 @@ _WRITERS: Mapping[str, tuple[list[str], _Rows]] = {
     ),
     "measures": (
         ["stage", "take", "kind", "since_stage", "definition", "curve", "levels", *_value_columns("value"), "status",
-         "assumed", "reason"],
+         "assumed", "open_ends", "reason"],
         _measure_rows,
     ),
     "attribution": (

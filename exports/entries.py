@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import chain
 
 from contract.spine import Attribution, MeasureValue, StageSpine, VertebraChange, VertebraState
+from exports.open_ends import open_ends
 from spinewatch.spine import uncertainty
 from spinewatch.spine.definitions import DEFINITIONS
 from spinewatch.spine.results import MeasureStatus
@@ -54,6 +55,8 @@ class Entry:
         A code of `DERIVATIONS`; None for a value of the stage itself.
     since
         Name of the stage that a change is counted from.
+    open_ends
+        Ends of its curve at the end of the measured span: the curve may go on beyond.
     """
 
     subject: str
@@ -69,6 +72,7 @@ class Entry:
     levels: tuple[str, ...]
     derivation: str | None = None
     since: str | None = None
+    open_ends: tuple[str, ...] = ()
 
     @property
     def identity(self) -> tuple[str | None, ...]:
@@ -95,10 +99,12 @@ def entries(spine: StageSpine) -> Iterator[Entry]:
     measures = (_measure(measure) for measure in spine.measures)
     targets = (_measure(measure, "remaining") for measure in spine.target_measures or ())
     given = set()
+    ends = open_ends(spine)
     for entry in chain(measures, targets, _states(spine), _remaining(spine), _changes(spine)):
         if entry.identity not in given:
             given.add(entry.identity)
-            yield entry
+            of_curve = ends.get(entry.subject, ()) if entry.kind == "curve" else ()
+            yield replace(entry, open_ends=of_curve) if of_curve else entry
 
 
 def normal_interval(value: float | None, sd: float | None) -> tuple[float, float] | None:

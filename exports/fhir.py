@@ -31,6 +31,8 @@ from exports.codes import (
     site,
 )
 from exports.entries import Entry, entries
+from exports.open_ends import beyond
+from exports.selection import no_spine_reason, stage_flags
 from exports.text import single_line
 
 MEDIA_TYPE = "application/fhir+json"
@@ -55,7 +57,8 @@ def export(summary: SurgerySummary) -> bytes:
     -------
     bytes
         UTF-8 JSON. The same summary gives the same bytes. An Observation is ``final`` when its value is measured, and
-        ``preliminary`` when it is bracketed, interpolated or assumed; one without a value has a dataAbsentReason.
+        ``preliminary`` when it is bracketed, interpolated or assumed, or its curve may go on beyond the measured span;
+        one without a value has a dataAbsentReason.
     """
     device = _device(summary)
     resources = [device]
@@ -108,18 +111,18 @@ def _subject(summary: SurgerySummary) -> Resource:
 
 def _of_stage(summary: SurgerySummary, stage: SummaryStage, device: str) -> Iterator[Resource]:
     if stage.spine is None:
-        reason = stage.spine_reason or "the stage has not been measured"
+        reason = no_spine_reason(stage)
         nothing = Entry("spine", "spine", "spine", "", None, None, None, "not_measured", False, reason, ())
         yield _observation(summary, stage, nothing, device)
-        return
-    for entry in entries(stage.spine):
-        yield _observation(summary, stage, entry, device)
-    for number, flag in enumerate([*(stage.flags or ()), *stage.spine.flags]):
+    else:
+        for entry in entries(stage.spine):
+            yield _observation(summary, stage, entry, device)
+    for number, flag in enumerate(stage_flags(stage)):
         yield _issue(summary, stage, flag, number, device)
 
 
 def _observation(summary: SurgerySummary, stage: SummaryStage, entry: Entry, device: str) -> Resource:
-    sure = entry.status in _STATED and not entry.assumed
+    sure = entry.status in _STATED and not entry.assumed and (entry.value is None or not entry.open_ends)
     observation: Resource = {
         "resourceType": "Observation",
         "id": _uuid(summary.surgery_id, stage.name, str(stage.take), *entry.identity),
@@ -190,9 +193,10 @@ def _components(stage: SummaryStage, entry: Entry) -> Iterator[Resource]:
     if entry.sd is not None:
         name = _concept(Code(STANDARD_DEVIATION, "Standard deviation"), SNOMED)
         yield {"code": name, "valueQuantity": _quantity(entry.sd, entry.unit)}
-    for level in entry.levels if len(entry.levels) > 1 else ():
+    levels = [("vertebra", level) for level in entry.levels if len(entry.levels) > 1]
+    for item, level in [*levels, *(("open-end", level) for level in entry.open_ends)]:
         found = site(level)
-        yield _component(ITEMS["vertebra"], valueCodeableConcept=_concept(found.code, found.system))
+        yield _component(ITEMS[item], valueCodeableConcept=_concept(found.code, found.system))
 
 
 def _component(name: Code, **value: Any) -> Resource:
@@ -204,8 +208,14 @@ def _notes(stage: SummaryStage, entry: Entry) -> Iterable[str]:
         yield "It depends on an assumed initial configuration."
     if entry.reason is not None:
         yield f"{'Why it is not measured' if entry.value is None else 'Why it is uncertain'}: {entry.reason}."
+    if entry.open_ends:
+        yield f"{_sentence(beyond(entry.open_ends))}"
     if stage.spine is not None and entry.value is not None:
         yield f"Coordinate system: {stage.spine.frame}."
+
+
+def _sentence(clause: str) -> str:
+    return f"{clause[0].upper()}{clause[1:]}."
 
 
 def _issue(summary: SurgerySummary, stage: SummaryStage, flag: Flag, number: int, device: str) -> Resource:

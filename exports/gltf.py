@@ -3,10 +3,11 @@
 Coordinates are glTF's: metres, y up (cephalad), z to the front (anterior), x to the patient's left. A node's rotation
 turns the vertebra's own axes, which are parallel to these when the rotation is the identity. The bodies are a nominal
 vertebra, coloured by origin (Okabe and Ito's palette); arrows are the vertebra's axes: x vermilion, y bluish green, z
-blue. The rest position is that of the last stage. The animation stays one second at each stage and moves in a straight
-line for one second to the next; what lies between stages is drawn, not measured. A vertebra without a pose at a stage
-is not drawn there. Numbers with their deviations, intervals, status and definitions are in the nodes' and the scene's
-``extras``, in mm and degrees.
+blue. The rest position is that of the last stage with a spine, which the scene is named after; a stage without one has
+an empty node that says so. The animation stays one second at each stage and moves in a straight line for one second to
+the next; what lies between stages is drawn, not measured. A vertebra without a pose at a stage is not drawn there.
+Numbers with their deviations, intervals, status and definitions are in the nodes' and the scene's ``extras``, in mm and
+degrees.
 
 References
 ----------
@@ -24,12 +25,11 @@ import numpy as np
 import pygltflib as gl
 from numpy.typing import NDArray
 
-from contract.spine import MeasureValue, StageSpine, VertebraState
-from contract.summary import SurgerySummary
+from contract.spine import StageSpine, VertebraState
+from contract.summary import SummaryStage, SurgerySummary
 from exports.coordinates import GLTF_FROM_PATIENT, transform
-from exports.definitions import definition_table, definitions_of
-from exports.selection import selected_spines
-from exports.text import single_line
+from exports.gltf_extras import asset_extras, level_extras, scene_extras, stage_extras
+from exports.selection import selected_stages
 from exports.vertebra_mesh import Mesh, arrow, vertebra
 from exports.vertebra_size import body_size_mm
 from spinewatch.arrays import Float
@@ -70,14 +70,15 @@ def export(summary: SurgerySummary, stage: str | None = None) -> bytes:
     Returns
     -------
     bytes
-        The binary glTF; without a spine it holds an empty scene.
+        The binary glTF; without a spine its scene has no bodies.
 
     Raises
     ------
     UnknownStageError
         If the surgery has no stage of that name.
     """
-    spines = selected_spines(summary, stage)
+    stages = selected_stages(summary, stage)
+    spines = [found.spine for found in stages if found.spine is not None]
     writer = _Writer()
     levels = list(dict.fromkeys(state.vertebra for spine in spines for state in spine.vertebrae))
     names = [spine.stage for spine in spines]
@@ -86,10 +87,11 @@ def export(summary: SurgerySummary, stage: str | None = None) -> bytes:
     roots = [_add_level(writer, geometry, track) for track in tracks]
     if len(spines) > 1:
         writer.animate("stages", tracks, names)
-    scene = gl.Scene(name="spine", extras=_scene_extras(spines))
+    roots += [writer.node(_without_spine(found)) for found in stages if found.spine is None]
+    scene = gl.Scene(name=f"spine at {names[-1]}" if names else "no spine", extras=scene_extras(stages))
     if roots:
         scene.nodes = roots
-    return writer.file(scene, _asset_extras(summary))
+    return writer.file(scene, asset_extras(summary))
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +175,7 @@ def _turned(mesh: Mesh, rotation: Float) -> Mesh:
 
 
 def _add_level(writer: _Writer, geometry: _Geometry, track: _Track) -> int:
-    node = gl.Node(name=track.level, extras=_level_extras(track))
+    node = gl.Node(name=track.level, extras=level_extras(track.level, track.stages, track.states))
     if any(track.visible):
         last = track.matrices[-1]
         node.translation = last[:3, 3].tolist()
@@ -360,51 +362,5 @@ def _linear(colour: tuple[float, float, float]) -> list[float]:
     return [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in colour]
 
 
-def _level_extras(track: _Track) -> dict[str, Any]:
-    stages = [
-        {"stage": stage, **state.model_dump(mode="json", exclude={"normal", "angles_deg", "covariance"})}
-        for stage, state in zip(track.stages, track.states, strict=True)
-        if state is not None
-    ]
-    latest = track.states[-1]
-    return {
-        "vertebra": track.level,
-        "origin": None if latest is None else latest.origin.value,
-        "units": {"position": "mm", "angle": "deg"},
-        "stages": [_cleaned(stage) for stage in stages],
-    }
-
-
-def _scene_extras(spines: Sequence[StageSpine]) -> dict[str, Any]:
-    return {
-        "stages": [
-            {
-                "stage": spine.stage,
-                "take": spine.take,
-                "frame": single_line(spine.frame),
-                "initial": spine.initial.value,
-                "measures": [_measure(value) for value in spine.measures],
-                "flags": [flag.code for flag in spine.flags],
-            }
-            for spine in spines
-        ],
-        "definitions": definition_table(definitions_of(spines)),
-    }
-
-
-def _measure(value: MeasureValue) -> dict[str, Any]:
-    return _cleaned(value.model_dump(mode="json"))
-
-
-def _cleaned(fields: dict[str, Any]) -> dict[str, Any]:
-    return {name: single_line(value) if isinstance(value, str) else value for name, value in fields.items()}
-
-
-def _asset_extras(summary: SurgerySummary) -> dict[str, Any]:
-    return {
-        "surgery_id": single_line(summary.surgery_id),
-        "version": single_line(summary.version),
-        "axes": "x to the patient's left, y cephalad, z anterior; metres",
-        "colours": "measured blue, interpolated orange, assumed purple; axes x vermilion, y bluish green, z blue",
-        "size": "vertebrae have nominal sizes; only their poses are measured",
-    }
+def _without_spine(stage: SummaryStage) -> gl.Node:
+    return gl.Node(name=f"{stage.name} has no spine", extras=stage_extras(stage))

@@ -4,7 +4,8 @@ Matrices map a vertebra's own axes (right, anterior, superior; origin at the cen
 the axes of 3D Slicer, which takes the matrices of both messages as they are. The header is that of protocol 3
 (header version 2), with metadata.
 
-A vertebra without a pose is sent as lost, never left out, so that nobody goes on seeing its former place: its
+A vertebra without a pose is sent as lost, never left out, so that nobody goes on seeing its former place, and so is
+every vertebra of a stage without a spine: its
 TRANSFORM has the metadata ``Status`` LOST and ``TransformStatus`` MISSING, the key and the word of PLUS and of Slicer's
 OpenIGTLinkIF. TDATA has no field for a status; there, and in the TRANSFORM for clients that do not read metadata, all
 twelve numbers are NaN, which no client can take for a pose, and the metadata ``Lost`` of TDATA names the vertebrae.
@@ -20,14 +21,14 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from datetime import datetime
 
 import numpy as np
 from pyigtl.messages import MessageBase, TransformMessage
 
-from contract.spine import StageSpine, VertebraState
+from contract.spine import VertebraState
 from contract.summary import SummaryStage
 from exports.coordinates import RAS_FROM_PATIENT, transform
+from exports.selection import no_spine_reason
 from exports.text import ascii_line
 from spinewatch.arrays import Float
 from spinewatch.errors import ParameterError
@@ -156,24 +157,26 @@ def stage_messages(stage: SummaryStage, surgery_id: str, former: Iterable[str] =
     surgery_id
         Identifier of its surgery.
     former
-        Vertebrae that were sent before; those that are not among the stage's are sent as lost.
+        Vertebrae that were sent before, or that other stages have; those that are not among the stage's are sent as
+        lost. A stage without a spine has none of them.
 
     Returns
     -------
     list of MessageBase
         A TRANSFORM for each vertebra, cranial first, named such as ``T9ToSpine``, and the TDATA message ``Spine``; none
-        for a stage without a spine.
+        where there is no vertebra to tell of.
     """
-    spine = stage.spine
-    if spine is None:
-        return []
     time = (stage.captured_at or stage.created_at).timestamp()
-    common = _common(spine, surgery_id, stage.captured_at)
-    statuses = {state.vertebra: _status(state) for state in spine.vertebrae}
-    matrices = {state.vertebra: _matrix(state) for state in spine.vertebrae}
+    common = _common(stage, surgery_id)
+    states = [] if stage.spine is None else stage.spine.vertebrae
+    statuses = {state.vertebra: _status(state) for state in states}
+    matrices = {state.vertebra: _matrix(state) for state in states}
+    gone = "it is not in the spine any more" if stage.spine is not None else no_spine_reason(stage)
     for level in former:
-        statuses.setdefault(level, _LOST | {"Vertebra": level, "Reason": "it is not in the spine any more"})
+        statuses.setdefault(level, _LOST | {"Vertebra": level, "Reason": ascii_line(gone)})
         matrices.setdefault(level, _NOWHERE)
+    if not statuses:
+        return []
     tools = {level: TrackedTool(f"{level}ToSpine", matrix) for level, matrix in matrices.items()}
     messages: list[MessageBase] = []
     for level, tool in tools.items():
@@ -218,12 +221,18 @@ def _status(state: VertebraState) -> dict[str, str]:
     }
 
 
-def _common(spine: StageSpine, surgery_id: str, captured_at: datetime | None) -> dict[str, str]:
-    return {
+def _common(stage: SummaryStage, surgery_id: str) -> dict[str, str]:
+    spine = stage.spine
+    of_stage = {
         "SurgeryId": ascii_line(surgery_id),
-        "Stage": spine.stage,
-        "Take": str(spine.take),
-        "CapturedAt": "" if captured_at is None else captured_at.isoformat(),
+        "Stage": stage.name,
+        "Take": str(stage.take),
+        "CapturedAt": "" if stage.captured_at is None else stage.captured_at.isoformat(),
+    }
+    if spine is None:
+        return {**of_stage, "NoSpine": ascii_line(no_spine_reason(stage))}
+    return {
+        **of_stage,
         "Frame": ascii_line(spine.frame),
         "CoordinateSystem": "RAS, mm",
         "Baseline": spine.baseline.name,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contract.flag import Flag
 from contract.spine import StageSpine
 from contract.summary import SummaryStage, SurgerySummary
 from spinewatch.errors import ParameterError
@@ -42,8 +43,40 @@ def selected_stages(summary: SurgerySummary, stage: str | None) -> list[SummaryS
     return found
 
 
+def no_spine_reason(stage: SummaryStage) -> str:
+    """Return why a stage has no spine.
+
+    Parameters
+    ----------
+    stage
+        A stage without a spine.
+
+    Returns
+    -------
+    str
+        The reason, without a full stop.
+    """
+    return stage.spine_reason or "the stage has not been measured"
+
+
+def stage_flags(stage: SummaryStage) -> list[Flag]:
+    """Return the flags of a stage: of its triads, and of its spine if it has one.
+
+    Parameters
+    ----------
+    stage
+        The stage.
+
+    Returns
+    -------
+    list of Flag
+        Those of the triads first.
+    """
+    return [*(stage.flags or ()), *(stage.spine.flags if stage.spine is not None else ())]
+
+
 def selected_spines(summary: SurgerySummary, stage: str | None) -> list[StageSpine]:
-    """Return the spines that an export holds; a stage without a spine is passed over.
+    """Return the spines that an export holds; a stage without a spine is named beside them with its reason.
 
     Parameters
     ----------

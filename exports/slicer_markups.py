@@ -14,16 +14,17 @@ Slicer, Modules/Loadable/Markups/Resources/Schema, markups-schema-v1.0.3.json. `
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from contract.spine import Curve, MeasureValue, StageSpine, VertebraState
-from contract.summary import SurgerySummary
+from contract.summary import SummaryStage, SurgerySummary
 from exports.codes import COBB, SCHEME, Code, definition_code
 from exports.coordinates import LPS_FROM_PATIENT, point
-from exports.selection import selected_spines
+from exports.open_ends import beyond, open_ends
+from exports.selection import no_spine_reason, selected_stages
 from exports.text import single_line
 from exports.vertebra_size import body_size_mm
 from spinewatch.arrays import Float
@@ -47,6 +48,7 @@ _COLOURS = {
 }
 
 Document = dict[str, Any]
+_OpenEnds = Mapping[str, Sequence[str]]
 
 
 def export(summary: SurgerySummary, stage: str | None = None) -> bytes:
@@ -62,39 +64,52 @@ def export(summary: SurgerySummary, stage: str | None = None) -> bytes:
     Returns
     -------
     bytes
-        JSON, UTF-8; without a spine it holds an empty list of markups.
+        JSON, UTF-8; a stage without a spine has a point list whose one point has no position and says why.
 
     Raises
     ------
     UnknownStageError
         If the surgery has no stage of that name.
     """
-    markups = [markup for spine in selected_spines(summary, stage) for markup in _of_stage(spine)]
+    markups = [
+        markup
+        for found in selected_stages(summary, stage)
+        for markup in (_of_stage(found.spine) if found.spine is not None else [_without_spine(found)])
+    ]
     document = {"@schema": SCHEMA, "markups": markups}
     return (json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n").encode()
 
 
 def _of_stage(spine: StageSpine) -> Iterator[Document]:
     states = {state.vertebra: state for state in spine.vertebrae}
-    yield _centroids(spine)
+    ends = open_ends(spine)
+    yield _centroids(spine, ends)
     for curve in spine.curves:
         upper, lower = states.get(curve.upper), states.get(curve.lower)
         if upper is not None and upper.position_mm is not None:
             yield _end_plate(spine, curve, upper, 1)
         if lower is not None and lower.position_mm is not None:
             yield _end_plate(spine, curve, lower, -1)
-        angle = _cobb_angle(spine, curve, states)
+        angle = _cobb_angle(spine, curve, states, ends)
         if angle is not None:
             yield angle
 
 
-def _centroids(spine: StageSpine) -> Document:
+def _without_spine(stage: SummaryStage) -> Document:
+    nowhere = _control_point(1, "no spine", None, single_line(no_spine_reason(stage)))
+    return _markup("Fiducial", f"{stage.name} has no spine", [nowhere], [])
+
+
+def _centroids(spine: StageSpine, ends: _OpenEnds) -> Document:
     points = [
         _control_point(number, state.vertebra, state.position_mm, _about(state))
         for number, state in enumerate(spine.vertebrae, start=1)
     ]
     return _markup(
-        "Fiducial", f"{spine.stage} vertebrae", points, [_measurement(value) for value in spine.measures]
+        "Fiducial",
+        f"{spine.stage} vertebrae",
+        points,
+        [_measurement(value, ends) for value in spine.measures],
     )
 
 
@@ -113,9 +128,11 @@ def _end_plate(spine: StageSpine, curve: Curve, state: VertebraState, side: int)
     return _markup("Line", title, points, [], _COLOURS[state.origin])
 
 
-def _cobb_angle(spine: StageSpine, curve: Curve, states: Mapping[str, VertebraState]) -> Document | None:
-    ends = [states.get(level) for level in (curve.upper, curve.lower)]
-    normals = [_coronal_normal(state) for state in ends if state is not None]
+def _cobb_angle(
+    spine: StageSpine, curve: Curve, states: Mapping[str, VertebraState], ends: _OpenEnds
+) -> Document | None:
+    between = [states.get(level) for level in (curve.upper, curve.lower)]
+    normals = [_coronal_normal(state) for state in between if state is not None]
     apex = states.get(curve.apex)
     if len(normals) != 2 or apex is None or apex.position_mm is None:
         return None
@@ -130,7 +147,7 @@ def _cobb_angle(spine: StageSpine, curve: Curve, states: Mapping[str, VertebraSt
         for number, (label, place) in enumerate(zip(labels, places, strict=True), start=1)
     ]
     values = [
-        _measurement(value)
+        _measurement(value, ends)
         for value in spine.measures
         if value.definition in _COBB_DEFINITIONS and value.curve == curve.name
     ]
@@ -170,7 +187,7 @@ def _control_point(number: int, label: str, position_mm: list[float] | None, des
     return {**base, "position": place.tolist(), "positionStatus": "defined"}
 
 
-def _measurement(value: MeasureValue) -> Document:
+def _measurement(value: MeasureValue, ends: _OpenEnds) -> Document:
     method = _coded(definition_code(value.definition))
     cobb = value.definition in _COBB_DEFINITIONS
     place = " ".join(filter(None, (value.curve and single_line(value.curve), "-".join(value.levels))))
@@ -178,7 +195,7 @@ def _measurement(value: MeasureValue) -> Document:
         "name": f"{single_line(value.definition)} {place}".strip(),
         "enabled": value.value is not None,
         "units": _UNIT_CODES.get(value.unit, single_line(value.unit)),
-        "description": _qualification(value),
+        "description": _qualification(value, ends.get(value.curve or "", ())),
         "quantityCode": [COBB, "SCT", "Cobb angle"] if cobb else method,
         "methodCode": method,
     }
@@ -189,7 +206,7 @@ def _coded(code: Code) -> list[str]:
     return [single_line(code.value) or "unknown", SCHEME, single_line(code.meaning) or "unknown"]
 
 
-def _qualification(value: MeasureValue) -> str:
+def _qualification(value: MeasureValue, beyond_these: Sequence[str]) -> str:
     words = [f"definition {single_line(value.definition)}", f"status {value.status.value.replace('_', ' ')}"]
     if value.sd is not None:
         words.append(f"sd {value.sd:.2f} {single_line(value.unit)}")
@@ -199,6 +216,8 @@ def _qualification(value: MeasureValue) -> str:
         words.append("depends on an assumed initial configuration")
     if value.reason is not None:
         words.append(single_line(value.reason))
+    if beyond_these:
+        words.append(beyond(beyond_these))
     return "; ".join(words)
 
 

@@ -21,7 +21,8 @@ from contract.spine import StageSpine, VertebraChange, VertebraState
 from contract.summary import SurgerySummary
 from exports.archive import zip_archive
 from exports.coordinates import LPS_FROM_PATIENT, inverse, transform
-from exports.selection import selected_spines
+from exports.selection import no_spine_reason, selected_stages
+from exports.text import single_line
 from spinewatch.arrays import Float
 
 MEDIA_TYPE = "application/zip"
@@ -47,7 +48,8 @@ def export(summary: SurgerySummary, stage: str | None = None) -> bytes:
     Returns
     -------
     bytes
-        ZIP archive; a vertebra without a pose or a motion has no file and is listed with its reason.
+        ZIP archive; a vertebra without a pose or a motion, and a stage without a spine, have no file and are listed
+        with their reason.
 
     Raises
     ------
@@ -56,8 +58,14 @@ def export(summary: SurgerySummary, stage: str | None = None) -> bytes:
     """
     files: dict[str, bytes] = {}
     entries: list[dict[str, Any]] = []
-    for spine in selected_spines(summary, stage):
-        for entry, matrix in _of_stage(spine):
+    without_spine: list[dict[str, Any]] = []
+    for found in selected_stages(summary, stage):
+        if found.spine is None:
+            without_spine.append(
+                {"stage": found.name, "take": found.take, "reason": single_line(no_spine_reason(found))}
+            )
+            continue
+        for entry, matrix in _of_stage(found.spine):
             entries.append(entry)
             if matrix is not None:
                 files[entry["file"]] = transform_file(matrix)
@@ -68,6 +76,7 @@ def export(summary: SurgerySummary, stage: str | None = None) -> bytes:
         "convention": _CONVENTION,
         "version": summary.version,
         "transforms": entries,
+        "stages_without_spine": without_spine,
     }
     document = json.dumps(index, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     return zip_archive({"transforms.json": document.encode(), **files})

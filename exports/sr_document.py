@@ -38,6 +38,7 @@ from exports.codes import (
     site,
 )
 from exports.entries import Entry, entries
+from exports.selection import no_spine_reason, stage_flags
 from exports.text import single_line
 
 _COBB_DEFINITIONS = frozenset({"cobb-fixed", "cobb-reselected"})
@@ -176,16 +177,15 @@ def _groups(
     summary: SurgerySummary, stage: SummaryStage, order: int
 ) -> Iterator[sr.MeasurementsAndQualitativeEvaluations]:
     """Yield the groups of a stage: of the spine, which also holds flags and frame, then of its curves and vertebrae."""
+    flags = [("flag", f"{flag.code}: {flag.detail}") for flag in stage_flags(stage)]
     if stage.spine is None:
-        reason = ("reason", stage.spine_reason or "the stage has not been measured")
-        yield _group(summary, stage, order, ("spine", "spine"), (), [reason])
+        reason = ("reason", no_spine_reason(stage))
+        yield _group(summary, stage, order, ("spine", "spine"), (), [reason, *flags])
         return
     subjects: dict[tuple[str, str], list[Entry]] = {("spine", "spine"): []}
     for entry in entries(stage.spine):
         subjects.setdefault((entry.kind, entry.subject), []).append(entry)
-    flags = [*(stage.flags or ()), *stage.spine.flags]
-    texts = [("frame", stage.spine.frame), ("reference-line", stage.spine.reference_line)]
-    texts += [("flag", f"{flag.code}: {flag.detail}") for flag in flags]
+    texts = [("frame", stage.spine.frame), ("reference-line", stage.spine.reference_line), *flags]
     sites = {curve.name: (curve.upper, curve.apex, curve.lower) for curve in stage.spine.curves}
     for (kind, name), members in subjects.items():
         levels = sites.get(name, (name,) if kind == "vertebra" else ())
@@ -257,13 +257,17 @@ def _unit(unit: str) -> sr.CodedConcept:
 
 
 def _properties(entry: Entry) -> Iterator[Any]:
-    """Yield status, reason and stage of comparison as properties of a value; a measured one needs none."""
+    """Yield status, reason, open ends and stage of comparison as properties of a value."""
     if entry.status != "measured":
         yield _code("status", STATUSES[entry.status], "HAS PROPERTIES")
     if entry.assumed and entry.status != "assumed":
         yield _code("assumed", STATUSES["assumed"], "HAS PROPERTIES")
     if entry.reason is not None:
         yield _text("reason", entry.reason, "HAS PROPERTIES")
+    for level in entry.open_ends:
+        found = site(level)
+        end = _concept(found.code, found.designator)
+        yield sr.CodeContentItem(_concept(ITEMS["open-end"]), end, "HAS PROPERTIES")
     if entry.since is not None:
         yield _text("since", entry.since, "HAS PROPERTIES")
 

@@ -21,6 +21,7 @@ import numpy as np
 import pyigtl
 import pytest
 
+from contract.job import JobState
 from contract.summary import SurgerySummary
 from exports import json_document
 from exports.coordinates import RAS_FROM_PATIENT, transform
@@ -140,6 +141,28 @@ def test_a_vertebra_that_leaves_the_spine_is_sent_as_lost(document: Path) -> Non
         write(document, whole.model_copy(update={"stages": [stage]}))
         assert receiver.wait_for_message("T9ToSpine", PATIENCE_SECONDS).metadata["Status"] == "LOST"
         assert command.stop() == 0
+
+
+def test_a_latest_stage_without_a_spine_loses_every_vertebra_until_it_has_one(document: Path) -> None:
+    hidden = upto(2)
+    reason = "the reference triad L1 has no pose in stage INTER"
+    hidden.stages[1] = hidden.stages[1].model_copy(update={"spine": None, "spine_reason": reason})
+    running_job = upto(2)
+    running_job.stages[1] = hidden.stages[1].model_copy(update={"state": JobState.RUNNING})
+    with running("--file", str(document)) as command, client(command.port()) as receiver:
+        assert receiver.wait_for_message("T9ToSpine", PATIENCE_SECONDS).metadata["Status"] == "OK"
+        write(document, running_job)
+        message = receiver.wait_for_message("T9ToSpine", PATIENCE_SECONDS)
+        assert (message.metadata["Stage"], message.metadata["Status"]) == ("PRE", "OK")
+        write(document, hidden)
+        patiently(lambda: stage_of(receiver, "INTER"))
+        with client(command.port()) as late:
+            lost = late.wait_for_message("T9ToSpine", PATIENCE_SECONDS)
+        assert (lost.metadata["Status"], lost.metadata["Reason"]) == ("LOST", reason)
+        write(document, upto(2))
+        patiently(lambda: receiver.wait_for_message("T9ToSpine").metadata["Status"] == "OK" or None)
+        assert command.stop() == 0
+    assert any("every vertebra is lost, the reference triad L1" in line for line in command.lines)
 
 
 def stage_of(receiver: pyigtl.OpenIGTLinkClient, name: str) -> bool | None:

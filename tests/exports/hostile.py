@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contract.flag import Flag
-from contract.summary import SurgerySummary
+from contract.summary import SummaryStage, SurgerySummary
 from tests.contract.spine_results import summary
 
 TEXTS = (
@@ -67,3 +67,10 @@ def without_spines() -> SurgerySummary:
     whole = summary()
     stages = [stage.model_copy(update={"spine": None, "spine_reason": "no setup"}) for stage in whole.stages]
     return whole.model_copy(update={"stages": stages, "setup": None})
+
+
+def stage_without_spine(summary: SurgerySummary) -> SummaryStage:
+    """Return the third stage with its triads, without the reference among them."""
+    flag = Flag(code="triad-count-low", detail="3 of 4 triads")
+    reason = "the reference triad L1 has no pose in stage POST"
+    return summary.stages[2].model_copy(update={"spine": None, "spine_reason": reason, "flags": [flag]})

@@ -20,6 +20,7 @@ from tests.exports.hostile import TEXTS, many_stages, with_text, without_spines
 
 TEXT_COLUMNS = {
     "surgery_id", "reference", "stage", "take", "state", "captured_at", "created_at", "calibration_id",
+    "upper", "apex", "lower", "side", "open_ends",
     "left_sha256", "right_sha256", "frame", "reference_vertebra", "reference_line", "initial", "baseline",
     "spine_reason", "version", "vertebra", "vertebra_reason", "origin", "marked", "reason", "since_stage",
     "since_take", "kind", "definition", "curve", "levels", "status", "assumed", "subject", "result", "code",
@@ -103,6 +104,15 @@ def test_motion_is_since_the_baseline_and_since_the_stage_before(summary: Surger
         "2.5",
         "1.5",
     )
+
+
+def test_curves_have_their_apex_side_and_open_ends(summary: SurgerySummary) -> None:
+    row = one(read(summary, "curves"), stage="INTER")
+    assert (row["curve"], row["upper"], row["apex"], row["lower"]) == ("curve 1", "T7", "T9", "L1")
+    assert (row["side"], row["open_ends"]) == ("right", "L1")
+    measures = read(summary, "measures", "INTER")
+    assert {row["open_ends"] for row in measures if row["curve"]} == {"L1"}
+    assert {row["open_ends"] for row in measures if not row["curve"]} == {""}
 
 
 def test_measures_are_in_the_columns_of_their_unit(summary: SurgerySummary) -> None:

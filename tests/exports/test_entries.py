@@ -41,6 +41,12 @@ def test_a_measure_keeps_value_interval_status_and_reason() -> None:
     )
 
 
+def test_every_number_of_a_curve_has_its_open_ends() -> None:
+    spine = stage_spine(1)
+    assert {entry.open_ends for entry in entries(spine) if entry.kind == "curve"} == {("L1",)}
+    assert {entry.open_ends for entry in entries(spine) if entry.kind != "curve"} == {()}
+
+
 def test_a_value_that_is_marked_not_measured_is_never_given_as_a_number() -> None:
     odd = measure("kyphosis", 0.0, curve=None, status=stage_spine().measures[4].status)
     spine = stage_spine(0).model_copy(update={"measures": [odd]})

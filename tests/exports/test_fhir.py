@@ -12,6 +12,7 @@ from exports.codes import SCHEME_URI
 from exports.entries import entries
 from exports.fhir import export
 from tests.contract.spine_results import stage_spine
+from tests.exports.hostile import stage_without_spine
 
 Validate = Callable[..., Any]
 
@@ -173,7 +174,8 @@ def test_only_what_is_measured_is_final(bundle: dict[str, Any]) -> None:
     found = set()
     for observation in resources(bundle, "Observation"):
         code = component(observation, "status")["coding"][0]["code"]
-        assert observation["status"] == status[code]
+        open_ended = component(observation, "open-end") is not None and "valueQuantity" in observation
+        assert observation["status"] == ("preliminary" if open_ended else status[code])
         found.add(code)
     assert found == set(status)
 
@@ -206,6 +208,27 @@ def test_there_is_no_patient_and_every_subject_is_the_case_number(bundle: dict[s
 def test_a_stage_without_a_spine_says_why(bundle: dict[str, Any]) -> None:
     (observation,) = of_stage(bundle, "EXTRA")
     assert observation["dataAbsentReason"]["text"] == "the stage was not measured"
+
+
+def test_a_stage_without_a_spine_keeps_its_flags(summary: SurgerySummary) -> None:
+    stages = [*summary.stages[:2], stage_without_spine(summary)]
+    bundle = json.loads(export(summary.model_copy(update={"stages": stages})))
+    (observation,) = of_stage(bundle, "POST")
+    assert observation["dataAbsentReason"]["text"] == "the reference triad L1 has no pose in stage POST"
+    (issue,) = resources(bundle, "DetectedIssue")
+    assert issue["detail"] == "POST: 3 of 4 triads"
+
+
+def test_a_measure_of_a_curve_with_an_open_end_is_preliminary_and_names_the_end(
+    bundle: dict[str, Any],
+) -> None:
+    of_curve = [found for found in of_stage(bundle, "PRE") if component(found, "curve") is not None]
+    assert {found["status"] for found in of_curve} == {"preliminary"}
+    for found in of_curve:
+        assert component(found, "open-end")["coding"][0]["display"] == "L1 vertebra"
+        assert "The curve may go on beyond L1, which is the end of the measured span." in [
+            note["text"] for note in found["note"]
+        ]
 
 
 def test_flags_are_detected_issues(bundle: dict[str, Any]) -> None:

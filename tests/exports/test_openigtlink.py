@@ -112,7 +112,20 @@ def test_a_vertebra_that_was_sent_before_and_is_no_more_is_lost(summary: Surgery
     assert tracking.metadata["Lost"] == "T5 T6 L2 T1"
 
 
-def test_a_stage_without_a_spine_has_no_messages(summary: SurgerySummary) -> None:
+def test_every_vertebra_of_a_stage_without_a_spine_is_lost(summary: SurgerySummary) -> None:
+    *transforms, tracking = stage_messages(summary.stages[3], SURGERY, ["T9", "L1"])
+    assert [message.device_name for message in transforms] == ["T9ToSpine", "L1ToSpine"]
+    for message in transforms:
+        lost = received(message.pack())
+        assert np.isnan(lost.matrix[:3]).all()
+        assert (lost.metadata["Status"], lost.metadata["Stage"]) == ("LOST", "EXTRA")
+        assert lost.metadata["Reason"] == lost.metadata["NoSpine"] == "the stage was not measured"
+    assert received(tracking.pack()).metadata["Lost"] == "T9 L1"
+
+
+def test_a_stage_without_a_spine_and_without_former_vertebrae_has_no_messages(
+    summary: SurgerySummary,
+) -> None:
     assert stage_messages(summary.stages[3], SURGERY) == []
 
 

@@ -16,7 +16,7 @@ from exports import slicer_markups
 from exports.selection import UnknownStageError
 from exports.vertebra_size import body_size_mm
 from tests.contract.spine_results import pose
-from tests.exports.hostile import TEXTS, many_stages, with_text, without_spines
+from tests.exports.hostile import TEXTS, many_stages, stage_without_spine, with_text, without_spines
 from tests.paths import DATA
 
 SCHEMA = json.loads((DATA / "slicer_markups.schema.json").read_text())
@@ -40,7 +40,26 @@ def test_each_stage_has_its_centroids_end_plates_and_angle(summary: SurgerySumma
         "INTER vertebrae", "INTER curve 1 superior end plate T7", "INTER curve 1 inferior end plate L1",
         "INTER curve 1 Cobb",
     ]  # fmt: skip
-    assert len(markups(summary)) == 12
+    assert len(markups(summary)) == 13
+
+
+def test_a_stage_without_a_spine_is_named_with_its_reason(
+    summary: SurgerySummary, tmp_path: Path, read_by_slicer: Callable[[Path], Any]
+) -> None:
+    whole = summary.model_copy(update={"stages": [summary.stages[0], stage_without_spine(summary)]})
+    (point,) = named(markups(whole), "POST has no spine")["controlPoints"]
+    assert point["description"] == "the reference triad L1 has no pose in stage POST"
+    assert point["positionStatus"] == "undefined"
+
+
+def test_measures_of_a_curve_name_its_open_ends(summary: SurgerySummary) -> None:
+    measured = named(markups(summary), "PRE vertebrae")["measurements"]
+    beyond = "the curve may go on beyond L1, which is the end of the measured span"
+    assert {value["name"] for value in measured if beyond in value["description"]} == {
+        value["name"] for value in measured if "curve 1" in value["name"]
+    }
+    (angle,) = named(markups(summary), "PRE curve 1 Cobb")["measurements"][:1]
+    assert angle["description"].endswith(beyond)
 
 
 def test_centroids_are_left_posterior_superior(summary: SurgerySummary) -> None:
@@ -99,8 +118,12 @@ def test_hostile_text_stays_on_its_line(text: str) -> None:
     markups(with_text(text))
 
 
-def test_no_spine_no_markups() -> None:
-    assert markups(without_spines()) == []
+def test_without_any_spine_every_stage_has_its_reason() -> None:
+    found = markups(without_spines())
+    assert [markup["name"] for markup in found] == [
+        f"{name} has no spine" for name in ("PRE", "INTER", "POST", "EXTRA")
+    ]
+    assert {point["description"] for markup in found for point in markup["controlPoints"]} == {"no setup"}
 
 
 def test_an_unknown_stage_is_refused(summary: SurgerySummary) -> None:
@@ -119,7 +142,8 @@ def test_slicer_reads_the_same(
     path = tmp_path / "spine.mrk.json"
     path.write_bytes(slicer_markups.export(summary))
     nodes = {node["name"]: node for node in read_by_slicer(path)}
-    assert len(nodes) == 12
+    assert len(nodes) == 13
+    assert nodes["EXTRA has no spine"]["points"][0]["ras"] is None
     points = {point["label"]: point["ras"] for point in nodes["POST vertebrae"]["points"]}
     x, y, z = pose("T9", 2).position_mm
     assert points["T9"] == pytest.approx([-y, x, z])

@@ -17,7 +17,7 @@ from exports import slicer_transforms
 from exports.coordinates import LPS_FROM_PATIENT, RAS_FROM_PATIENT
 from spinewatch.arrays import Float
 from tests.contract.spine_results import pose
-from tests.exports.hostile import TEXTS, many_stages, with_text, without_spines
+from tests.exports.hostile import TEXTS, many_stages, stage_without_spine, with_text, without_spines
 
 POINT = np.array([10.0, -4.0, 7.0])
 """A point of a vertebra, in its own axes: anterior, left, cephalad, mm."""
@@ -54,6 +54,13 @@ def place(stage: int) -> Float:
     """Return where the point of T9 is at a stage, in patient axes."""
     body = pose("T9", stage)
     return np.asarray(body.position_mm + body.rotation @ POINT)
+
+
+def test_a_stage_without_a_spine_is_listed_with_its_reason(summary: SurgerySummary) -> None:
+    whole = summary.model_copy(update={"stages": [summary.stages[0], stage_without_spine(summary)]})
+    index, _ = opened(whole)
+    reason = "the reference triad L1 has no pose in stage POST"
+    assert index["stages_without_spine"] == [{"stage": "POST", "take": 1, "reason": reason}]
 
 
 def test_a_pose_puts_a_point_of_the_vertebra_in_its_place(summary: SurgerySummary) -> None:

@@ -11,6 +11,7 @@ from exports.codes import site
 from exports.entries import Entry, entries
 from exports.sr_document import write
 from tests.contract.spine_results import stage_spine
+from tests.exports.hostile import stage_without_spine
 
 Group = sr.MeasurementsAndQualitativeEvaluations
 
@@ -18,6 +19,10 @@ Group = sr.MeasurementsAndQualitativeEvaluations
 @pytest.fixture(scope="module")
 def groups(summary: SurgerySummary) -> list[Any]:
     """Measurement groups as highdicom reads them from the file."""
+    return groups_of(summary)
+
+
+def groups_of(summary: SurgerySummary) -> list[Any]:
     report = sr.srread(io.BytesIO(write(summary))).content
     assert isinstance(report, sr.MeasurementReport)
     return list(report.get_image_measurement_groups())
@@ -127,3 +132,18 @@ def test_flags_frame_and_the_reason_of_a_missing_spine_are_texts_of_the_spine(gr
     assert texts["POST"]["flag"] == "rig-refined: an example of a flag"
     assert texts["PRE"]["frame"] == stage_spine(0).frame
     assert texts["EXTRA"]["reason"] == "the stage was not measured"
+
+
+def test_a_stage_without_a_spine_keeps_its_flags(summary: SurgerySummary) -> None:
+    whole = summary.model_copy(update={"stages": [*summary.stages[:2], stage_without_spine(summary)]})
+    (group,) = (g for g in groups_of(whole) if stage_of(g) == "POST")
+    assert properties(group[0])["reason"] == "the reference triad L1 has no pose in stage POST"
+    assert properties(group[0])["flag"] == "triad-count-low: 3 of 4 triads"
+
+
+def test_a_measure_of_a_curve_names_its_open_end(groups: list[Any]) -> None:
+    (curve,) = (g for g in groups if (stage_of(g), g.tracking_identifier) == ("PRE", "curve 1"))
+    measurements = list(children(curve, "NUM"))
+    assert measurements
+    for measurement in measurements:
+        assert properties(measurement)["open-end"].meaning == "L1 vertebra"
