@@ -67,6 +67,9 @@ Errors of poses are kept by independent source, so that a change between two sta
 stages do not share. Deviations are of first order; for the distraction of a displacement, a product of two small
 errors, they are corrected (Goodman 1960). The interval is the value plus and minus 1.96 deviations, except for:
 
+- the angle of a rotation, which is never negative: the lengths in the ellipsoid of 1.96 deviations about the rotation
+  vector, less what errors across it add on average, and zero unless the vector differs from zero (95%, three errors).
+  It covers 93 to 99%;
 - the 3-D angle, the length of a vector, which is never negative: the lengths in the ellipse of 1.96 deviations about
   the vector, and zero unless the vector differs from zero (95%, both errors). It covers 91 to 98%;
 - the plane of maximum curvature, the direction of a vector d (Fieller's theorem): the directions with a unit vector n

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import ConfigDict, Field
 
-from contract.base import Identifier, Matrix3, Number, Schema, StageName, Vector3, Vertebra
+from contract.base import Identifier, Matrix3, Number, Schema, StageName, Vector2, Vector3, Vertebra
 from contract.flag import Flag
 from contract.spine import VertebraChange
 from contract.stage_reference import StageReference
@@ -33,11 +33,25 @@ class VertebraMotion(Schema):
             description="Standard deviation of the angle, degrees; to first order, too small for angles below it."
         ),
     ]
+    angle_interval_deg: Annotated[
+        Vector2 | None,
+        Field(
+            description="Ends of the 95% interval of the angle, degrees; never negative. Null in results of earlier"
+            " versions.",
+        ),
+    ] = None
     normal_angle_deg: Annotated[Number, Field(description="Angle between the triad's normals, degrees.")]
     normal_angle_sd_deg: Annotated[
         Number,
         Field(description="Standard deviation of the angle between the normals, degrees; to first order."),
     ]
+    normal_angle_interval_deg: Annotated[
+        Vector2 | None,
+        Field(
+            description="Ends of the 95% interval of the angle between the normals, degrees; never negative. Null in"
+            " results of earlier versions.",
+        ),
+    ] = None
 
     @classmethod
     def of(cls, motion: spinewatch.spine.motion.VertebraMotion) -> VertebraMotion:

@@ -43,6 +43,9 @@ Interval = Annotated[
 _DOUBT = (MeasureStatus.NOT_MEASURED, MeasureStatus.MEASURED, MeasureStatus.BRACKETED)
 """Which status several values have together: the last of theirs in this order."""
 
+ORIGIN_REASON = "its centroid is the origin by definition"
+"""Why the position of the reference vertebra is zero without an error."""
+
 Names = Annotated[list[Vertebra], BeforeValidator(plain)]
 
 
@@ -78,6 +81,9 @@ class VertebraState(PoseFields):
         ),
     ] = None
     bracketed_reason: Annotated[str | None, Field(description="Why they are bracketed.")] = None
+    position_reason: Annotated[
+        str | None, Field(description="Why its position and displacement have no error: it is the origin.")
+    ] = None
 
     @classmethod
     def of(
@@ -107,6 +113,7 @@ class VertebraState(PoseFields):
                     vertebra=level,
                     origin=configuration.origins[i],
                     marked=bool(configuration.marked[i]),
+                    position_reason=ORIGIN_REASON if level == configuration.origin else None,
                     **{**unknown, **measured[level]},
                 )
             )
@@ -178,6 +185,14 @@ class VertebraChange(Schema):
     rotation_sd_deg: Annotated[Known3, Field(description="Its standard deviations, degrees.")]
     angle_deg: Annotated[Known, Field(description="Angle of the rotation, degrees.")]
     angle_sd_deg: Sd
+    angle_interval_deg: Annotated[
+        list[Known] | None,
+        Field(
+            description="Ends of the 95% interval of the angle, degrees; never negative. Null without a motion and in"
+            " results of earlier versions.",
+            max_length=2,
+        ),
+    ] = None
     derotation_deg: Annotated[Known, Field(description="Rotation about the vertebra's own z axis, degrees.")]
     derotation_sd_deg: Sd
     coronal_deg: Annotated[Known, Field(description="Change of the coronal tilt, degrees.")]
@@ -192,7 +207,8 @@ class VertebraChange(Schema):
     @classmethod
     def of(cls, change: spinewatch.spine.results.VertebraChange) -> VertebraChange:
         """Return the contract model of the library's motion."""
-        values = {name: getattr(change, name) for name in cls.model_fields}
+        values = {name: getattr(change, name) for name in cls.model_fields.keys() - {"angle_interval_deg"}}
+        values["angle_interval_deg"] = _interval(change.angle_lower_deg, change.angle_upper_deg)
         if not np.isfinite(change.rotation).all():
             values["rotation"] = None
         return cls.model_validate(values)

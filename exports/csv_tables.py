@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from contract.spine import MeasureValue, Share, SpineChange, StageSpine
+from contract.spine import MeasureValue, Share, SpineChange, StageSpine, VertebraState
 from contract.summary import SurgerySummary
 from contract.triad import Triad
 from exports.archive import zip_archive
 from exports.csv_table import Cell, csv_table
 from exports.definitions import definition_table, definitions_of
+from exports.entries import angle_interval
 from exports.open_ends import open_ends
 from exports.selection import selected_spines, selected_stages
 from spinewatch.errors import SpinewatchError
@@ -154,8 +155,13 @@ def _vertebra_rows(summary: SurgerySummary, stage: str | None) -> Iterator[Row]:
                 state.lateral_displacement_mm, state.lateral_displacement_sd_mm,
                 *_interval(state.coronal_tilt_interval_deg), *_interval(state.sagittal_tilt_interval_deg),
                 *_interval(state.axial_rotation_interval_deg), *_interval(state.lateral_displacement_interval_mm),
-                None if state.status is None else state.status.value, state.reason or state.bracketed_reason,
+                None if state.status is None else state.status.value, _reason(state),
             ]  # fmt: skip
+
+
+def _reason(state: VertebraState) -> str | None:
+    """Return why a vertebra has no pose, is bracketed, or has a position without an error."""
+    return state.reason or state.bracketed_reason or state.position_reason
 
 
 def _curve_rows(summary: SurgerySummary, stage: str | None) -> Iterator[Row]:
@@ -183,7 +189,8 @@ def _motion_rows(summary: SurgerySummary, stage: str | None) -> Iterator[Row]:
                     spine.stage, spine.take, change.since.name, change.since.take, moved.vertebra,
                     moved.origin.value, *_vector(moved.translation_mm), *_vector(moved.translation_sd_mm),
                     *_vector(moved.rotation_vector_deg), *_vector(moved.rotation_sd_deg),
-                    moved.angle_deg, moved.angle_sd_deg, moved.derotation_deg, moved.derotation_sd_deg,
+                    moved.angle_deg, moved.angle_sd_deg, *_interval(angle_interval(moved)),
+                    moved.derotation_deg, moved.derotation_sd_deg,
                     moved.coronal_deg, moved.coronal_sd_deg, moved.sagittal_deg, moved.sagittal_sd_deg,
                     moved.distraction_mm, moved.distraction_sd_mm, moved.reason,
                 ]  # fmt: skip
@@ -284,7 +291,8 @@ _WRITERS: Mapping[str, tuple[list[str], _Rows]] = {
     "motion": (
         ["stage", "take", "since_stage", "since_take", "vertebra", "origin", *_axis_columns("translation", "mm"),
          *_axis_columns("translation_sd", "mm"), *_axis_columns("rotation", "deg"),
-         *_axis_columns("rotation_sd", "deg"), "angle_deg", "angle_sd_deg", "derotation_deg", "derotation_sd_deg",
+         *_axis_columns("rotation_sd", "deg"), "angle_deg", "angle_sd_deg", *_end_columns("angle", "deg"),
+         "derotation_deg", "derotation_sd_deg",
          "coronal_deg", "coronal_sd_deg", "sagittal_deg", "sagittal_sd_deg", "distraction_mm",
          "distraction_sd_mm", "reason"],
         _motion_rows,

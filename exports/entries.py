@@ -130,6 +130,26 @@ def normal_interval(value: float | None, sd: float | None) -> tuple[float, float
     return None if value is None or sd is None else uncertainty.normal_interval(value, sd)
 
 
+def angle_interval(moved: VertebraChange) -> tuple[float, float] | None:
+    """Return the 95% interval of the angle of a rotation, which is never negative.
+
+    Parameters
+    ----------
+    moved
+        The motion; results of earlier versions have a standard deviation alone.
+
+    Returns
+    -------
+    tuple of float or None
+        Lower and upper end, degrees; None without a motion.
+    """
+    found = _ends(moved.angle_interval_deg)
+    normal = normal_interval(moved.angle_deg, moved.angle_sd_deg)
+    if found is not None or normal is None:
+        return found
+    return max(normal[0], 0.0), normal[1]
+
+
 def _ends(interval: list[float | None] | None) -> tuple[float, float] | None:
     match interval:
         case [float() | int() as low, float() | int() as high]:
@@ -180,7 +200,7 @@ def _states(spine: StageSpine) -> Iterator[Entry]:
             yield _component(state.vertebra, "pose", _UNKNOWN, origin, reason)
             continue
         for code, number in _axes("position", state.position_mm, state.position_sd_mm).items():
-            yield _component(state.vertebra, code, number, origin, reason)
+            yield _component(state.vertebra, code, number, origin, state.position_reason)
         yield from _measures_of(state)
 
 
@@ -205,6 +225,8 @@ def _measures_of(state: VertebraState) -> Iterator[Entry]:
             entry = replace(entry, interval=_ends(intervals[code]) or entry.interval)
             if state.status is MeasureStatus.BRACKETED:
                 entry = replace(entry, status=state.status.value, reason=state.bracketed_reason)
+        if code == lateral and state.position_reason is not None:
+            entry = replace(entry, reason=state.position_reason)
         yield entry
 
 
@@ -235,7 +257,7 @@ def _changes(spine: StageSpine) -> Iterator[Entry]:
         for moved in change.vertebrae:
             numbers = _of_change(moved) if moved.rotation is not None else {"motion": _UNKNOWN}
             for code, number in numbers.items():
-                yield _component(
+                entry = _component(
                     moved.vertebra,
                     code,
                     number,
@@ -244,6 +266,7 @@ def _changes(spine: StageSpine) -> Iterator[Entry]:
                     derivation="change",
                     since=since,
                 )
+                yield replace(entry, interval=angle_interval(moved)) if code == "rotation-angle" else entry
 
 
 def _of_change(moved: VertebraChange) -> dict[str, Number]:

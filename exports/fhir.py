@@ -207,11 +207,17 @@ def _notes(stage: SummaryStage, entry: Entry) -> Iterable[str]:
     if entry.assumed:
         yield "It depends on an assumed initial configuration."
     if entry.reason is not None:
-        yield f"{'Why it is not measured' if entry.value is None else 'Why it is uncertain'}: {entry.reason}."
+        yield f"{_why(entry)}: {entry.reason}."
     if entry.open_ends:
         yield f"{_sentence(beyond(entry.open_ends))}"
     if stage.spine is not None and entry.value is not None:
         yield f"Coordinate system: {stage.spine.frame}."
+
+
+def _why(entry: Entry) -> str:
+    if entry.value is None:
+        return "Why it is not measured"
+    return "Why it is so" if entry.status == "measured" else "Why it is uncertain"
 
 
 def _sentence(clause: str) -> str:

@@ -215,7 +215,7 @@ def _status(state: VertebraState) -> dict[str, str]:
         "Vertebra": state.vertebra,
         "Origin": state.origin.value,
         "Marked": "true" if state.marked else "false",
-        "Reason": ascii_line(state.reason or ""),
+        "Reason": ascii_line(state.reason or state.position_reason or ""),
         "PositionSdAnteriorLeftCephaladMm": _numbers(state.position_sd_mm),
         "RotationSdOwnXYZDeg": _numbers(state.rotation_sd_deg),
     }

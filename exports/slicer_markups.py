@@ -168,7 +168,8 @@ def _about(state: VertebraState) -> str:
     if state.position_sd_mm is not None:
         anterior, left, cephalad = state.position_sd_mm
         words += f"; sd anterior {anterior:.2f}, left {left:.2f}, cephalad {cephalad:.2f} mm"
-    return words if state.reason is None else f"{words}: {single_line(state.reason)}"
+    reason = state.reason or state.position_reason
+    return words if reason is None else f"{words}: {single_line(reason)}"
 
 
 def _control_point(number: int, label: str, position_mm: list[float] | None, description: str) -> Document:

@@ -145,13 +145,18 @@ def _entry(
         "kind": kind,
         "frame": spine.frame,
         "origin": vertebra.origin.value,
-        "reason": vertebra.reason,
+        "reason": _reason(vertebra),
         **_deviations(vertebra),
     }
     if matrix is None:
         return {**entry, "file": None, "matrix_to_parent": None}, None
     path = f"{spine.stage}/{vertebra.vertebra}-{kind.partition(' ')[0]}.tfm"
     return {**entry, "file": path, "matrix_to_parent": matrix.tolist()}, matrix
+
+
+def _reason(vertebra: VertebraState | VertebraChange) -> str | None:
+    """Return why there is no pose or motion, or why a pose has a position without an error."""
+    return vertebra.reason or (vertebra.position_reason if isinstance(vertebra, VertebraState) else None)
 
 
 def _deviations(vertebra: VertebraState | VertebraChange) -> Mapping[str, Any]:

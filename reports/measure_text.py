@@ -92,6 +92,29 @@ def with_sd(value: float | None, sd: float | None, *, signed: bool = True) -> st
     return f"{_digits(value, signed=signed)} ± {'?' if sd is None else _digits(sd)}"
 
 
+def with_interval(value: float | None, ends: Sequence[float | None] | None) -> str:
+    """Return a value with its 95% interval, without a unit and a sign.
+
+    Parameters
+    ----------
+    value
+        The value, never negative; None when not measured.
+    ends
+        Ends of the interval; None when unknown.
+
+    Returns
+    -------
+    str
+        The text; a dash for None.
+
+    Examples
+    --------
+    >>> with_interval(1.5, [0.0, 2.92]), with_interval(1.5, None), with_interval(None, None)
+    ('1.5 (0.0 to 2.9)', '1.5 (?)', '–')
+    """
+    return UNKNOWN if value is None else f"{_digits(value)} ({interval(ends, '') or '?'})"
+
+
 def _digits(value: float, *, signed: bool = False) -> str:
     rounded = round(value, _DECIMALS) + 0.0
     text = f"{rounded:{'+' if signed and rounded else ''}.{_DECIMALS}f}"

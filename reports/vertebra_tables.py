@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from contract.spine import SpineChange, StageSpine, VertebraChange, VertebraState
-from reports.measure_text import with_sd
+from reports.measure_text import with_interval, with_sd
 from spinewatch.spine.configuration import Origin
 
 
@@ -49,8 +49,8 @@ def vertebra_table(spine: StageSpine) -> TextTable:
     for state in spine.vertebrae:
         numbers = _state_numbers(state)
         rows.append((state.vertebra, state.origin.value.replace("_", " "), *(with_sd(*n) for n in numbers)))
-        if state.reason:
-            notes.append(f"{state.vertebra}: {state.reason}")
+        if state.reason or state.position_reason:
+            notes.append(f"{state.vertebra}: {state.reason or state.position_reason}")
     columns = (
         "vertebra", "pose", "anterior mm", "left mm", "cephalad mm", "coronal tilt °", "sagittal tilt °",
         "axial rotation °",
@@ -82,17 +82,19 @@ def motion_table(stage: str, change: SpineChange) -> TextTable:
     Returns
     -------
     TextTable
-        Translations and rotations with their standard deviations; a vertebra without a motion has dashes and a reason.
+        Translations and rotations with their standard deviations, the angle with its 95% interval; a vertebra without a
+        motion has dashes and a reason.
     """
     rows, notes = [], []
     for moved in change.vertebrae:
-        numbers = _motion_numbers(moved)
-        rows.append((moved.vertebra, moved.origin.value.replace("_", " "), *(with_sd(*n) for n in numbers)))
+        *numbers, distraction = (with_sd(*number) for number in _motion_numbers(moved))
+        angle = with_interval(moved.angle_deg, moved.angle_interval_deg)
+        rows.append((moved.vertebra, moved.origin.value.replace("_", " "), *numbers, angle, distraction))
         if moved.reason:
             notes.append(f"{moved.vertebra}: {moved.reason}")
     columns = (
         "vertebra", "pose", "anterior mm", "left mm", "cephalad mm", "coronal °", "sagittal °", "derotation °",
-        "angle °", "distraction mm",
+        "angle ° (95%)", "distraction mm",
     )  # fmt: skip
     return TextTable(f"{stage} since {change.since.name}", columns, tuple(rows), notes_by_reason(notes))
 
@@ -103,7 +105,6 @@ def _motion_numbers(moved: VertebraChange) -> list[tuple[float | None, float | N
         (moved.coronal_deg, moved.coronal_sd_deg),
         (moved.sagittal_deg, moved.sagittal_sd_deg),
         (moved.derotation_deg, moved.derotation_sd_deg),
-        (moved.angle_deg, moved.angle_sd_deg),
         (moved.distraction_mm, moved.distraction_sd_mm),
     ]
 

@@ -41,12 +41,14 @@ def print_motion(motion: Document) -> None:
     for item in motion["vertebrae"]:
         translation = _with_sd(item["translation_mm"], item["translation_sd_mm"])
         rotation = _with_sd(item["rotation_vector_deg"], item["rotation_sd_deg"], digits=1)
-        angle = _with_sd([item["angle_deg"]], [item["angle_sd_deg"]], digits=1)
-        table.add_row(item["vertebra"], *translation, *rotation, *angle)
+        table.add_row(item["vertebra"], *translation, *rotation, _angle(item))
     print_table(table)
     for item in motion["missing"]:
         print_note(f"{item['vertebra']}: {item['reason']}")
-    print_note(f"in the frame of {motion['frame']}; rotations are rotation vectors\n")
+    print_note(
+        f"in the frame of {motion['frame']}; rotations are rotation vectors; ± one standard deviation, the angle with"
+        " its 95% interval\n"
+    )
 
 
 def print_flags(stages: Mapping[str, Document], jobs: Mapping[str, Document]) -> None:
@@ -66,6 +68,12 @@ def print_note(text: str) -> None:
 def print_links(url: str, surgery: str) -> None:
     """Print the URLs of the surgery and of the API documentation."""
     print_note(f"Surgery:  {url}{surgery}\nAPI docs: {url}/docs")
+
+
+def _angle(moved: Document) -> str:
+    """Return the angle of a rotation with its interval: it is never negative, so that a deviation would mislead."""
+    low, high = moved["angle_interval_deg"]
+    return f"{moved['angle_deg']:.1f} ({low:.1f} to {high:.1f})"
 
 
 def _with_sd(values: Sequence[float], deviations: Sequence[float], digits: int = 2) -> Iterable[str]:

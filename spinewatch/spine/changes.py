@@ -15,8 +15,12 @@ from spinewatch.spine.displacements import is_known
 from spinewatch.spine.measure_functions import wrapped
 from spinewatch.spine.orientation import tilt_gradients, tilts_of, twist_gradient, twist_of
 from spinewatch.spine.results import VertebraChange
+from spinewatch.spine.rotation_angle import angle_interval
 
 _PRECEDENCE = tuple(Origin)
+
+_STILL = "it is the reference vertebra, which the frame is fixed to"
+"""Why the reference vertebra has no motion and no error of one."""
 
 
 class LevelsDifferError(ParameterError):
@@ -40,7 +44,8 @@ def vertebra_changes(
     Returns
     -------
     tuple of VertebraChange
-        One per vertebra, from cranial to caudal; NaN and a reason where a stage has no pose of it.
+        One per vertebra, from cranial to caudal; NaN and a reason where a stage has no pose of it. The reference has
+        zeros without an error, and that reason.
 
     Raises
     ------
@@ -77,18 +82,22 @@ def vertebra_changes(
             continue
         i = number[row]
         J = inverse_left_jacobian(vectors[i])
+        vector_covariance = J @ variances.rotation[i] @ J.T
+        angle_lower, angle_upper = angle_interval(np.degrees(vectors[i]), vector_covariance)
         changes.append(
             VertebraChange(
                 vertebra=name,
                 origin=_PRECEDENCE[max(_PRECEDENCE.index(c.origins[row]) for c in (before, after))],
-                reason=None,
+                reason=_STILL if name == reference else None,
                 translation_mm=translation[i],
                 translation_sd_mm=np.sqrt(variances.translation[i]),
                 rotation=D[i],
                 rotation_vector_deg=np.degrees(vectors[i]),
-                rotation_sd_deg=np.sqrt(np.clip(np.diag(J @ variances.rotation[i] @ J.T), 0, None)),
+                rotation_sd_deg=np.sqrt(np.clip(np.diag(vector_covariance), 0, None)),
                 angle_deg=float(np.degrees(np.linalg.norm(vectors[i]))),
                 angle_sd_deg=float(np.sqrt(variance_about(vectors[i], variances.rotation[i]))),
+                angle_lower_deg=angle_lower,
+                angle_upper_deg=angle_upper,
                 derotation_deg=float(derotation[i]),
                 derotation_sd_deg=float(np.sqrt(variances.twist[i])),
                 coronal_deg=float(tilt_changes[0][i]),
@@ -191,5 +200,5 @@ def _unknown(name: str, reason: str | None) -> VertebraChange:
     """Return the change of a vertebra that a stage has no pose of."""
     nan, nan3 = float("nan"), np.full(3, np.nan)
     return VertebraChange(
-        name, Origin.NOT_MEASURED, reason, nan3, nan3, np.full((3, 3), np.nan), nan3, nan3, *(nan,) * 10
+        name, Origin.NOT_MEASURED, reason, nan3, nan3, np.full((3, 3), np.nan), nan3, nan3, *(nan,) * 12
     )

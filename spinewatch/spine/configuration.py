@@ -90,17 +90,30 @@ class SpineConfiguration:
     assumed: bool = False
     reference: str | None = None
 
+    @property
+    def origin(self) -> str | None:
+        """The vertebra whose centroid is the origin: the reference, where the initial configuration has it; or None."""
+        if self.reference is None or self.reference not in self.levels:
+            return None
+        known = self.origins[self.index(self.reference)] in {Origin.MEASURED, Origin.ASSUMED}
+        return self.reference if known else None
+
     def covariances(self) -> Float:
-        """Return the covariance of each pose.
+        """Return the covariance of each pose in the frame of the spine, whose origin has errors of its own.
 
         Returns
         -------
         Float
-            Shape (n, 6, 6), mm and degrees, as of `Pose.covariance`; NaN where there is no pose.
+            Shape (n, 6, 6), mm and degrees, as of `Pose.covariance`; NaN where there is no pose. Positions are counted
+            from the `origin`, whose errors are subtracted source by source: its own position has none.
         """
         total = np.zeros((len(self.levels), 6, 6))
+        origin = None if self.origin is None else self.index(self.origin)
         for factor in self.errors.values():
-            total += factor @ np.swapaxes(factor, -1, -2)
+            own = factor.copy()
+            if origin is not None:
+                own[:, :3] -= factor[origin, :3]
+            total += own @ np.swapaxes(own, -1, -2)
         total[np.isnan(self.poses.position_mm).any(axis=1)] = np.nan
         return total
 

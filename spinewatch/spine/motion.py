@@ -15,6 +15,7 @@ from spinewatch.geometry.rotations import (
     variance_about,
     vector_from_rotation,
 )
+from spinewatch.spine.rotation_angle import angle_interval
 from spinewatch.triads.pose import Pose
 
 
@@ -46,11 +47,15 @@ class VertebraMotion:
         Angle of the rotation, degrees.
     angle_sd_deg
         Its standard deviation to first order, degrees. Without rotation the angle is the length of three errors: never
-        negative, and 1.6 deviations on average where the errors are equal.
+        negative, and 1.6 deviations on average where the errors are equal; its interval counts with that.
+    angle_interval_deg
+        Ends of its 95% interval, never negative, degrees.
     normal_angle_deg
         Angle between the two normals, degrees: the only part of a rotation that the thesis measures.
     normal_angle_sd_deg
         Its standard deviation to first order, degrees; without rotation the angle is the length of two errors.
+    normal_angle_interval_deg
+        Ends of its 95% interval, never negative, degrees.
     """
 
     vertebra: str
@@ -61,8 +66,10 @@ class VertebraMotion:
     rotation_sd_deg: Float
     angle_deg: float
     angle_sd_deg: float
+    angle_interval_deg: tuple[float, float]
     normal_angle_deg: float
     normal_angle_sd_deg: float
+    normal_angle_interval_deg: tuple[float, float]
 
 
 def relative_pose(pose: Pose, reference: Pose) -> Pose:
@@ -154,6 +161,7 @@ def _motion(vertebra: str, before: Pose, after: Pose) -> VertebraMotion:
     angle = float(np.linalg.norm(vector))
     rotation_covariance = after.covariance[3:, 3:] + R @ before.covariance[3:, 3:] @ R.T
     J = inverse_left_jacobian(vector)
+    vector_covariance = J @ rotation_covariance @ J.T
     angle_variance = variance_about(vector, rotation_covariance)
     translation_covariance = before.covariance[:3, :3] + after.covariance[:3, :3]
     across = np.cross(before.normal, after.normal)
@@ -161,15 +169,24 @@ def _motion(vertebra: str, before: Pose, after: Pose) -> VertebraMotion:
     tilt = np.eye(3) - np.outer(before.normal, before.normal)
     normal_covariance = tilt @ (before.covariance[3:, 3:] + after.covariance[3:, 3:]) @ tilt
     normal_variance = variance_about(across, normal_covariance)
+    normal_angle = float(np.degrees(np.arctan2(np.linalg.norm(across), before.normal @ after.normal)))
+    # A turned normal moves in the plane across it, which the other two axes of the triad span.
+    plane = before.rotation[:, :2].T
+    length = float(np.linalg.norm(across))
+    axis = across / length if length > 0 else np.zeros(3)
     return VertebraMotion(
         vertebra=vertebra,
         translation_mm=after.position_mm - before.position_mm,
         translation_sd_mm=np.sqrt(np.diag(translation_covariance)),
         rotation=R,
         rotation_vector_deg=np.degrees(vector),
-        rotation_sd_deg=np.sqrt(np.diag(J @ rotation_covariance @ J.T)),
+        rotation_sd_deg=np.sqrt(np.diag(vector_covariance)),
         angle_deg=float(np.degrees(angle)),
         angle_sd_deg=float(np.sqrt(angle_variance)),
-        normal_angle_deg=float(np.degrees(np.arctan2(np.linalg.norm(across), before.normal @ after.normal))),
+        angle_interval_deg=angle_interval(np.degrees(vector), vector_covariance),
+        normal_angle_deg=normal_angle,
         normal_angle_sd_deg=float(np.sqrt(normal_variance)),
+        normal_angle_interval_deg=angle_interval(
+            normal_angle * plane @ axis, plane @ normal_covariance @ plane.T
+        ),
     )

@@ -98,7 +98,9 @@ class VertebraChange:
     rotation_vector_deg, rotation_sd_deg
         The same as axis times angle, about the patient's x, y and z, and its deviations, shape (3,), degrees.
     angle_deg, angle_sd_deg
-        Angle of the rotation and its deviation, degrees.
+        Angle of the rotation and its deviation, to first order, degrees.
+    angle_lower_deg, angle_upper_deg
+        Ends of its 95% interval, never negative, degrees.
     derotation_deg, derotation_sd_deg
         Rotation about the vertebra's own z (twist of the swing-twist decomposition), degrees; positive turns the
         anterior side to the left.
@@ -118,6 +120,8 @@ class VertebraChange:
     rotation_sd_deg: Float
     angle_deg: float
     angle_sd_deg: float
+    angle_lower_deg: float
+    angle_upper_deg: float
     derotation_deg: float
     derotation_sd_deg: float
     coronal_deg: float

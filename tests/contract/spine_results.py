@@ -12,6 +12,7 @@ from contract.image import Image, ImagePair
 from contract.job import JobState
 from contract.pose import pose_fields
 from contract.spine import (
+    ORIGIN_REASON,
     Attribution,
     Curve,
     MeasureValue,
@@ -54,6 +55,8 @@ def pose(level: str, stage: int) -> Pose:
     tilt = np.radians(30.0) * bend * np.cos(np.pi * up / 6)
     R = rotation_from_vector(np.array([tilt, np.radians(2.0 * up), np.radians(3.0 * up * bend)]))
     sd = np.array([0.3, 0.3, 0.5, 0.8, 0.8, 0.4]) * (1.0 if level in MARKED else 2.0)
+    if level == "L1":
+        sd[:3] = 0.0
     return Pose(np.array([0.5 * up**2, lateral, 27.0 * up]), R, np.diag(sd**2))
 
 
@@ -89,6 +92,7 @@ def vertebra(level: str, stage: int) -> VertebraState:
         lateral_displacement_mm=None if found is None else left,
         lateral_displacement_sd_mm=None if found is None else 0.3,
         lateral_displacement_interval_mm=None if found is None else around(left, 0.3, bracketed),
+        position_reason=ORIGIN_REASON if level == "L1" else None,
         status=status if measured else MeasureStatus.NOT_MEASURED,
         bracketed_reason=f"{level} has no marker at this stage" if bracketed else None,
     )
@@ -153,7 +157,8 @@ def change(start: int, stage: int) -> SpineChange:
             vertebra=level, origin=where, reason=None,
             translation_mm=(after.position_mm - before.position_mm).tolist(), translation_sd_mm=[0.4, 0.4, 0.6],
             rotation=R.tolist(), rotation_vector_deg=[6.0, -1.0, 2.5], rotation_sd_deg=[1.1, 1.1, 0.6],
-            angle_deg=6.6, angle_sd_deg=1.0, derotation_deg=2.5, derotation_sd_deg=0.6, coronal_deg=6.0,
+            angle_deg=6.6, angle_sd_deg=1.0, angle_interval_deg=[4.58, 8.55],
+            derotation_deg=2.5, derotation_sd_deg=0.6, coronal_deg=6.0,
             coronal_sd_deg=1.1, sagittal_deg=-1.0, sagittal_sd_deg=1.1, distraction_mm=1.5, distraction_sd_mm=0.5,
         ))  # fmt: skip
     shares: dict[str, Any] = {

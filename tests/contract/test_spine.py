@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from contract.spine import (
+    ORIGIN_REASON,
     Attribution,
     Curve,
     MeasureValue,
@@ -71,7 +72,19 @@ def test_vertebrae_have_the_poses_of_the_configuration_and_their_own_tilts() -> 
         assert state.axial_rotation_sd_deg is not None
         from_reference = POST.poses.position_mm[i] - POST.poses.position_mm[POST.index("L1")]
         assert state.lateral_displacement_mm == pytest.approx(-from_reference[1])
+        # the same distance has the same error, whether it is a position or a displacement
+        assert state.position_sd_mm is not None
+        assert state.position_sd_mm[1] == pytest.approx(state.lateral_displacement_sd_mm, abs=1e-9)
     assert {state.origin for state in states} == {Origin.MEASURED, Origin.INTERPOLATED, Origin.NOT_MEASURED}
+
+
+def test_the_reference_is_the_origin_without_an_error_and_says_so() -> None:
+    states = {state.vertebra: state for state in VertebraState.of(POST, vertebra_measures(POST))}
+    reference = states.pop("L1")
+    assert reference.position_mm == pytest.approx([0, 0, 0], abs=1e-9)
+    assert reference.position_sd_mm == pytest.approx([0, 0, 0], abs=1e-9)
+    assert reference.position_reason == ORIGIN_REASON
+    assert {state.position_reason for state in states.values()} == {None}
 
 
 def test_vertebrae_have_the_intervals_of_the_library_and_say_where_they_are_bracketed() -> None:
@@ -152,11 +165,13 @@ def test_a_change_holds_what_the_library_gives() -> None:
     assert made.since == SINCE
     for change, library in zip(made.vertebrae, given.vertebrae, strict=True):
         document = json.loads(change.model_dump_json())
-        for name in set(document) - {"vertebra", "origin", "reason", "rotation"}:
+        for name in set(document) - {"vertebra", "origin", "reason", "rotation", "angle_interval_deg"}:
             want = np.asarray(getattr(library, name), dtype=float)
             got = np.array(document[name], dtype=float)
             np.testing.assert_array_equal(got, want, err_msg=name)
         assert (change.rotation is None) == np.isnan(library.rotation).any()
+        ends = [library.angle_lower_deg, library.angle_upper_deg]
+        assert change.angle_interval_deg == (None if np.isnan(ends).any() else ends)
     assert [m.value for m in made.measures] == [
         None if np.isnan(m.value) else m.value for m in given.measures
     ]
@@ -165,11 +180,13 @@ def test_a_change_holds_what_the_library_gives() -> None:
 
 def test_a_vertebra_without_motion_is_null_with_a_reason() -> None:
     given = compare_stages(PRE, POST, PRE, CASE.setup.reference).vertebrae
-    missing = [VertebraChange.of(change) for change in given if change.reason is not None]
+    missing = [VertebraChange.of(change) for change in given if np.isnan(change.angle_deg)]
     assert missing
     for change in missing:
         assert (change.rotation, change.angle_deg, change.distraction_sd_mm) == (None, None, None)
         assert change.translation_mm == [None, None, None]
+        assert change.angle_interval_deg is None
+        assert change.reason
 
 
 def test_an_attribution_has_the_unit_of_its_quantity() -> None:

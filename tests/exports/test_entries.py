@@ -1,7 +1,7 @@
 import pytest
 
 from contract.spine import StageSpine
-from exports.entries import Entry, entries, normal_interval
+from exports.entries import Entry, angle_interval, entries, normal_interval
 from spinewatch.spine.configuration import Origin
 from tests.contract.spine_results import measure, stage_spine
 
@@ -67,6 +67,23 @@ def test_a_vertebra_gives_its_state_and_one_without_a_pose_its_reason_once() -> 
     assert [(entry.code, entry.value, entry.reason) for entry in unknown] == [
         ("pose", None, "it lies outside the marked vertebrae T7 to L1")
     ]
+
+
+def test_the_origin_has_no_error_and_its_reason() -> None:
+    entry = found(stage_spine(1))["L1", "position-x", None, None]
+    assert (entry.value, entry.sd, entry.reason) == (0.0, 0.0, "its centroid is the origin by definition")
+    assert found(stage_spine(1))["L1", "coronal-tilt", None, None].reason is None
+
+
+def test_the_interval_of_an_angle_is_that_of_the_document_and_never_negative() -> None:
+    spine = stage_spine(1)
+    assert found(spine)["T9", "rotation-angle", "change", "PRE"].interval == (4.58, 8.55)
+    assert spine.since_baseline is not None
+    moved = spine.since_baseline.vertebrae[4].model_copy(
+        update={"angle_deg": 0.5, "angle_interval_deg": None}
+    )
+    assert angle_interval(moved) == pytest.approx((0.0, 0.5 + 1.959964))
+    assert angle_interval(moved.model_copy(update={"angle_deg": None})) is None
 
 
 def test_what_is_assumed_says_so() -> None:

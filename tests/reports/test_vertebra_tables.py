@@ -7,7 +7,10 @@ def test_vertebrae_have_positions_and_tilts_with_deviations() -> None:
     rows = {row[0]: row for row in found.rows}
     assert rows["T9"][1:4] == ("measured", "+8.0 ± 0.3", "−21.7 ± 0.3")
     assert rows["T5"] == ("T5", "not measured", *["–"] * 6)
-    assert found.notes == ("T5, T6, L2: it lies outside the marked vertebrae T7 to L1",)
+    assert found.notes == (
+        "T5, T6, L2: it lies outside the marked vertebrae T7 to L1",
+        "L1: its centroid is the origin by definition",
+    )
     assert all(len(row) == len(found.columns) for row in found.rows)
 
 
@@ -24,7 +27,7 @@ def test_motion_has_every_component_with_its_deviation() -> None:
         "coronal °": "+6.0 ± 1.1",
         "sagittal °": "−1.0 ± 1.1",
         "derotation °": "+2.5 ± 0.6",
-        "angle °": "+6.6 ± 1.0",
+        "angle ° (95%)": "6.6 (4.6 to 8.6)",
         "distraction mm": "+1.5 ± 0.5",
     }
     assert found.notes == ("T5, T6, L2: it was not measured",)

@@ -38,6 +38,7 @@ def test_motion_and_what_is_missing(capsys: pytest.CaptureFixture[str]) -> None:
         "rotation_sd_deg": [0.4, 0.5, 0.6],
         "angle_deg": 8.77,
         "angle_sd_deg": 0.5,
+        "angle_interval_deg": [7.73, 9.72],
     }
     motion = {
         "from": {"name": "PRE"},
@@ -49,7 +50,8 @@ def test_motion_and_what_is_missing(capsys: pytest.CaptureFixture[str]) -> None:
     print_motion(motion)
     out = capsys.readouterr().out
     assert re.search(
-        r"T11\s+1\.00±0\.10\s+2\.00±0\.20\s+3\.00±0\.30\s+4\.0±0\.4\s+5\.0±0\.5\s+6\.0±0\.6\s+8\.8±0\.5", out
+        r"T11\s+1\.00±0\.10\s+2\.00±0\.20\s+3\.00±0\.30\s+4\.0±0\.4\s+5\.0±0\.5\s+6\.0±0\.6\s+8\.8 \(7\.7 to 9\.7\)",
+        out,
     )
     assert "T9: no triad is labelled T9 in POST" in out
     assert "in the frame of reference triad L1" in out

@@ -142,6 +142,23 @@ def test_shared_errors_cancel_and_others_add_by_hand() -> None:
     assert changes_of(before, after)["T12"].translation_sd_mm == pytest.approx(np.zeros(3))
 
 
+def test_the_angle_has_an_interval_that_is_never_negative() -> None:
+    errors = np.zeros((4, 6, 3))
+    errors[:, 3:] = np.eye(3)
+    R = np.stack([np.eye(3)] * 4)
+    before = configuration(STRAIGHT, R)
+    for angle, ends in ((0.0, (0.0, 1.96)), (20.0, (17.99, 21.93))):
+        after = configuration(STRAIGHT, np.stack([turn(0, angle, 0)] * 4), {"triads POST": errors})
+        change = changes_of(before, after)["T11"]
+        assert (change.angle_lower_deg, change.angle_upper_deg) == pytest.approx(ends, abs=0.02)
+
+
+def test_the_reference_has_no_motion_and_says_why() -> None:
+    changes = changes_of(still(), still())
+    assert changes["L1"].reason == "it is the reference vertebra, which the frame is fixed to"
+    assert changes["T11"].reason is None
+
+
 def disturbed(c: SpineConfiguration, unit: dict[str, Float], step: float) -> SpineConfiguration:
     error = step * np.sum([factor @ unit[source] for source, factor in c.errors.items()], axis=0)
     return replace(

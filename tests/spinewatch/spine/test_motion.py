@@ -95,6 +95,12 @@ def test_errors_fit_the_deviations_which_include_the_reference() -> None:
         spread = np.std([getattr(m, value) for m in sample], axis=0)
         assert np.allclose(spread, getattr(truth, sd), rtol=0.08)
     assert truth.angle_deg == pytest.approx(np.degrees(np.linalg.norm(np.radians([20, -30, 10]))))
+    for value, ends in (
+        ("angle_deg", "angle_interval_deg"),
+        ("normal_angle_deg", "normal_angle_interval_deg"),
+    ):
+        inside = [getattr(m, ends)[0] <= getattr(truth, value) <= getattr(m, ends)[1] for m in sample]
+        assert 0.93 <= np.mean(inside) <= 0.97
 
 
 def test_a_pose_relative_to_itself_is_the_identity() -> None:
@@ -110,6 +116,8 @@ def test_no_rotation_still_has_a_deviation() -> None:
     assert motion.angle_deg == 0
     assert motion.angle_sd_deg == pytest.approx(2)  # reference and vertebra, before and after
     assert motion.normal_angle_sd_deg == pytest.approx(2)
+    assert motion.angle_interval_deg == pytest.approx((0, 2 * 1.96), abs=0.01)
+    assert motion.normal_angle_interval_deg == pytest.approx((0, 2 * 1.96), abs=0.01)
 
 
 @pytest.mark.parametrize(("lacking", "named"), [("PRE", "start"), ("POST", "end")])

@@ -46,7 +46,7 @@ export function Details({ spine, id }: { spine: StageSpine; id: string }): VNode
 }
 
 function Pose({ state, frame }: { state: VertebraState; frame: string }): VNode {
-  const { position_mm: at, position_sd_mm: sd, reason } = state;
+  const { position_mm: at, position_sd_mm: sd, reason, position_reason: origin } = state;
   const angles = [
     ["Coronal tilt", "+ left side up", state.coronal_tilt_deg, state.coronal_tilt_sd_deg],
     ["Sagittal tilt", "+ leans forwards", state.sagittal_tilt_deg, state.sagittal_tilt_sd_deg],
@@ -90,7 +90,7 @@ function Pose({ state, frame }: { state: VertebraState; frame: string }): VNode 
           </dd>
         </div>
       </dl>
-      {reason !== null && <p class="small">{reason}</p>}
+      {(reason ?? origin) != null && <p class="small">{reason ?? origin}</p>}
       <p class="muted small">± one standard deviation; {frame}.</p>
     </div>
   );
