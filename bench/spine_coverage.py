@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 
@@ -25,7 +26,7 @@ from spinewatch.simulation.scoliosis import CurveKind
 from spinewatch.spine.attribution import attribute
 from spinewatch.spine.changes import vertebra_changes
 from spinewatch.spine.comparison import compare_stages
-from spinewatch.spine.configuration import SpineConfiguration
+from spinewatch.spine.configuration import SpineConfiguration, SpineSetup
 from spinewatch.spine.definitions import DEFINITIONS
 from spinewatch.spine.measures import measure_spine
 from spinewatch.spine.results import Attribution, Curve, MeasureStatus, MeasureValue, VertebraChange
@@ -73,8 +74,16 @@ class Coverage:
     not_measured: dict[tuple[str, str], int] = field(default_factory=lambda: defaultdict(int))
 
 
-def coverage(count: int, at_once: int = 60) -> Coverage:
-    """Return the coverage over ``count`` surgeries."""
+Frame = Literal["object", "patient"]
+
+
+def coverage(
+    count: int, at_once: int = 60, *, axes_sd_deg: float = 0.0, frames: Sequence[Frame] = ("object",)
+) -> Coverage:
+    """Return the coverage over ``count`` surgeries, whose initial poses are given in each frame in turn.
+
+    The patient axes of a setup err by ``axes_sd_deg`` (sd) about each of them, which the setup states.
+    """
     found = Coverage()
     kinds = list(CurveKind)
     for first in range(0, count, at_once):
@@ -83,8 +92,12 @@ def coverage(count: int, at_once: int = 60) -> Coverage:
             simulated_surgery(rng, kinds[i % len(kinds)], extra=MARKED_TOO, cart=CartMotion())
             for i in range(first, min(first + at_once, count))
         ]
-        for surgery, stages in zip(surgeries, measured_stages(surgeries, rng), strict=True):
-            _count(found, surgery, stages, rng)
+        measured = measured_stages(surgeries, rng)
+        for number, (surgery, stages) in enumerate(zip(surgeries, measured, strict=True)):
+            if any(surgery.reference not in stages[stage] for stage in STAGES):
+                continue
+            frame = frames[number % len(frames)]
+            _count(found, surgery, stages, surgery.uncertain_setup(rng, *INITIAL_SD, axes_sd_deg, frame))
     return found
 
 
@@ -140,12 +153,9 @@ def _bar(of: str, tallies: Mapping[str, Tally]) -> Bar:
 
 
 def _count(
-    found: Coverage, surgery: Surgery, stages: Mapping[str, Mapping[str, Pose]], rng: np.random.Generator
+    found: Coverage, surgery: Surgery, stages: Mapping[str, Mapping[str, Pose]], setup: SpineSetup
 ) -> None:
-    if any(surgery.reference not in stages[stage] for stage in STAGES):
-        return
     found.surgeries += 1
-    setup = surgery.uncertain_setup(rng, *INITIAL_SD)
     spines = {stage: spine_at_stage(setup, stages, stage) for stage in STAGES}
     baseline = spines[BASELINE]
     true = {

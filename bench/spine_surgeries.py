@@ -118,15 +118,30 @@ class Surgery:
         )
 
     def uncertain_setup(
-        self, rng: np.random.Generator, position_sd_mm: float, rotation_sd_deg: float
+        self,
+        rng: np.random.Generator,
+        position_sd_mm: float,
+        rotation_sd_deg: float,
+        axes_sd_deg: float = 0.0,
+        frame: Literal["object", "patient"] = "object",
     ) -> SpineSetup:
-        """Return a setup with initial poses of all levels that err by the given deviations per axis."""
-        bodies = self.bodies[BASELINE]
+        """Return a setup with initial poses of all levels, and patient axes, that err by the given deviations per axis.
+
+        Poses in frame ``patient`` are those of the true axes, which the setup then places by axes that err.
+        """
         shift = position_sd_mm * rng.standard_normal((len(LEVELS), 3))
         turn = rotation_from_vector(np.radians(rotation_sd_deg) * rng.standard_normal((len(LEVELS), 3)))
-        return self._setup(
-            LEVELS, bodies.position_mm + shift, turn @ bodies.rotation, position_sd_mm, rotation_sd_deg
+        wrong = (
+            rotation_from_vector(np.radians(axes_sd_deg) * rng.standard_normal(3))
+            if axes_sd_deg
+            else np.eye(3)
         )
+        bodies = self.bodies[BASELINE] if frame == "object" else self.truth(BASELINE)
+        stated = replace(self, patient_axes=self.patient_axes @ wrong)
+        setup = stated._setup(
+            LEVELS, bodies.position_mm + shift, turn @ bodies.rotation, position_sd_mm, rotation_sd_deg, frame
+        )
+        return replace(setup, axes_covariance_deg2=axes_sd_deg**2 * np.eye(3))
 
     def _setup(
         self,
@@ -135,6 +150,7 @@ class Surgery:
         rotation: Float,
         position_sd: float,
         rotation_sd: float,
+        frame: Literal["object", "patient"] = "object",
     ) -> SpineSetup:
         initial: InitialSpine = initial_from_poses(
             tuple(levels),
@@ -142,7 +158,7 @@ class Surgery:
             rotation,
             position_sd,
             rotation_sd,
-            frame="object",
+            frame=frame,
             patient_axes=self.patient_axes,
             triads=self.triads[BASELINE],
         )

@@ -16,6 +16,7 @@ from contract.spine_setup import (
     SpineSetup,
     VertebraPose,
     patient_axes,
+    patient_axes_covariance,
 )
 from spinewatch.arrays import Float
 from spinewatch.flags import Flag
@@ -73,6 +74,7 @@ def library_setup(
             configuration.Rebaseline(item.vertebra, item.before, item.after) for item in rebaselines
         ),
         extra_levels=tuple(surgery.extra_levels),
+        axes_covariance_deg2=patient_axes_covariance(document.patient_axes),
     )
     return setup, flags
 
@@ -119,6 +121,7 @@ def _from_poses(
         patient_axes=axes,
         triads=triads,
         extra_levels=extra_levels,
+        turned_with_axes=[initial.frame == "patient" or pose.rotation is None for pose in poses],
     )
 
 

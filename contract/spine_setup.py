@@ -10,12 +10,17 @@ from pydantic import Field, field_validator, model_validator
 from contract.base import Identifier, Matrix3, Schema, StageName, Timestamp, Vector2, Vector3
 from contract.surgery import VertebraName
 from spinewatch.arrays import Float
+from spinewatch.spine.axes_errors import direction_axes_covariance, landmark_axes_covariance
 from spinewatch.spine.patient_axes import axes_from_directions, axes_from_landmarks
 from spinewatch.spine.target import PlannedVertebra
 
 POSITION_SD_MM = 2.0
 ROTATION_SD_DEG = 3.0
 """Standard deviations of an initial pose that is given without: those of landmarks and angles read from radiographs."""
+
+DIRECTION_SD_DEG = 3.0
+LANDMARK_SD_MM = 7.0
+"""Standard deviations of the patient axes that are given without; docs/spine.md says where they come from."""
 
 SignedAxis = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 Direction = Annotated[
@@ -32,6 +37,20 @@ class PatientDirections(Schema):
     kind: Annotated[Literal["directions"], Field(description="Two directions.")]
     cephalad: Annotated[Direction, Field(description="Direction to the head.")]
     left: Annotated[Direction, Field(description="Direction to the patient's left.")]
+    direction_sd_deg: Annotated[
+        float,
+        Field(
+            ge=0,
+            le=45,
+            description="Standard deviation of each direction about the axes perpendicular to it, degrees; 0 means that"
+            f" it is not known, and counts as {DIRECTION_SD_DEG:g} degrees.",
+        ),
+    ] = DIRECTION_SD_DEG
+
+    @field_validator("direction_sd_deg")
+    @classmethod
+    def _direction_sd(cls, given: float) -> float:
+        return given or DIRECTION_SD_DEG
 
 
 class PatientLandmarks(Schema):
@@ -41,6 +60,20 @@ class PatientLandmarks(Schema):
     caudal_mm: Annotated[Vector3, Field(description="A point on the midline, mm.")]
     cephalad_mm: Annotated[Vector3, Field(description="A point on the midline nearer the head, mm.")]
     left_mm: Annotated[Vector3, Field(description="A point to the patient's left of the midline, mm.")]
+    landmark_sd_mm: Annotated[
+        float,
+        Field(
+            ge=0,
+            le=100,
+            description="Standard deviation of each point per axis, mm; 0 means that it is not known, and counts as"
+            f" {LANDMARK_SD_MM:g} mm.",
+        ),
+    ] = LANDMARK_SD_MM
+
+    @field_validator("landmark_sd_mm")
+    @classmethod
+    def _landmark_sd(cls, given: float) -> float:
+        return given or LANDMARK_SD_MM
 
 
 PatientAxes = Annotated[PatientDirections | PatientLandmarks, Field(discriminator="kind")]
@@ -281,6 +314,18 @@ def patient_axes(axes: PatientAxes) -> Float:
     if isinstance(axes, PatientDirections):
         return axes_from_directions(_direction(axes.cephalad), _direction(axes.left))
     return axes_from_landmarks(np.array(axes.caudal_mm), np.array(axes.cephalad_mm), np.array(axes.left_mm))
+
+
+def patient_axes_covariance(axes: PatientAxes) -> Float:
+    """Return the covariance of a small rotation of the patient axes about themselves, shape (3, 3), degrees^2.
+
+    Raises ``SpinewatchError`` when the directions or points determine none.
+    """
+    if isinstance(axes, PatientDirections):
+        sd = axes.direction_sd_deg
+        return direction_axes_covariance(_direction(axes.cephalad), _direction(axes.left), sd, sd)
+    points = (np.array(point) for point in (axes.caudal_mm, axes.cephalad_mm, axes.left_mm))
+    return landmark_axes_covariance(*points, axes.landmark_sd_mm)
 
 
 def planned_vertebrae(setup: SpineSetup) -> tuple[PlannedVertebra, ...] | None:

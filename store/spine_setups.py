@@ -45,10 +45,10 @@ def put(session: Session, surgery_id: str, setup: SpineSetup, now: datetime, act
         Whether there is a new revision.
     """
     _lock(session, surgery_id)
-    document = setup.model_dump(mode="json")
     latest = _latest(session, surgery_id)
-    if latest is not None and latest.document == document:
+    if latest is not None and SpineSetup.model_validate(latest.document) == setup:
         return False
+    document = setup.model_dump(mode="json")
     revision = 1 if latest is None else latest.revision + 1
     session.add(
         tables.spines.SpineSetup(surgery_id=surgery_id, revision=revision, document=document, created_at=now)

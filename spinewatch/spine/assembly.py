@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from spinewatch.arrays import Float
-from spinewatch.spine.bodies import INITIAL, Bodies, Stages, measured_bodies
+from spinewatch.spine.bodies import Bodies, Stages, measured_bodies
 from spinewatch.spine.configuration import SpinePoses, SpineSetup
 from spinewatch.spine.displacements import Base, interpolation_source, spine_places
 from spinewatch.spine.interpolation_model import InterpolationParameters
@@ -82,7 +82,7 @@ def assemble(
     places = spine_places(bodies.initial.position_mm)
     nowhere = SpinePoses(np.zeros((len(places), 3)), np.tile(np.eye(3), (len(places), 1, 1)))
     known, base = bodies.initial, Base(nowhere, {}, places)
-    errors = {INITIAL: bodies.initial_errors.copy()}
+    errors = {source: factor.copy() for source, factor in bodies.initial_errors.items()}
     filled = fill(known, errors, base, interpolation_source(setup.baseline), parameters)
     if stage != setup.baseline:
         known, base = bodies.poses, Base(filled, errors, places)

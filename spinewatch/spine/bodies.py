@@ -12,6 +12,7 @@ from spinewatch.errors import ParameterError
 from spinewatch.geometry.covariance import covariance_factor
 from spinewatch.geometry.kinematic_chain import Link, chain_poses
 from spinewatch.geometry.transforms import RigidTransform
+from spinewatch.spine.axes_errors import axes_factor, turning
 from spinewatch.spine.configuration import SpinePoses, SpineSetup
 from spinewatch.spine.motion import ReferenceMissingError
 from spinewatch.spine.sequence import sequence_with
@@ -19,6 +20,9 @@ from spinewatch.triads.pose import Pose
 
 INITIAL = "initial"
 """Name of the source of the initial configuration's errors."""
+
+AXES = "patient axes"
+"""Name of the source of the errors of the patient axes; setups with exact axes do not have it."""
 
 Stages = Mapping[str, Mapping[str, Pose]]
 """Labelled poses by stage, in the order of the surgery; each in object space of its stage."""
@@ -48,7 +52,7 @@ class Bodies:
     initial
         Initial poses; NaN where it has none.
     initial_errors
-        Errors of the initial poses, shape (n, 6, r); zero where there is none.
+        Errors of the initial poses by source; zero where there is none.
     marked
         Which of them are measured at this stage, shape (n,), bool.
     poses
@@ -61,7 +65,7 @@ class Bodies:
 
     levels: tuple[str, ...]
     initial: SpinePoses
-    initial_errors: Float
+    initial_errors: Mapping[str, Float]
     marked: Bool
     poses: SpinePoses
     errors: Mapping[str, Float]
@@ -125,7 +129,7 @@ def measured_bodies(setup: SpineSetup, stages: Stages, stage: str) -> Bodies:
     reasons = tuple(_obstacle(name, paths[name], setup, stages, stage) for name in levels)
     marked = np.array([reason is None for reason in reasons])
     position, rotation = np.full_like(initial.position_mm, np.nan), np.full_like(initial.rotation, np.nan)
-    errors: dict[str, Float] = {INITIAL: np.zeros_like(initial_errors)}
+    errors = {source: np.zeros_like(factor) for source, factor in initial_errors.items()}
     to_patient = RigidTransform(setup.patient_axes, _origin_mm(setup, stages)).inverse()
     to_object = to_patient.inverse()
     for path in dict.fromkeys(paths.values()):
@@ -139,11 +143,15 @@ def measured_bodies(setup: SpineSetup, stages: Stages, stage: str) -> Bodies:
             initial.rotation[rows],
         )
         position[rows], rotation[rows] = result.position_mm, result.rotation
-        errors[INITIAL][rows] = result.by_last @ initial_errors[rows]
+        for source, factor in initial_errors.items():
+            errors[source][rows] = result.by_last @ factor[rows]
         for (_, triads), J in zip(links, result.by_link[1:-1], strict=True):
             _add_errors(errors, J, rows, len(levels), triads, stages)
-    poses = SpinePoses(position, rotation)
-    return Bodies(levels, initial, initial_errors, marked, poses, errors, reasons)
+    initial_errors, errors = (
+        _with_axes(own, placed, setup)
+        for own, placed in ((initial_errors, initial.position_mm), (errors, position))
+    )
+    return Bodies(levels, initial, initial_errors, marked, SpinePoses(position, rotation), errors, reasons)
 
 
 def object_to_spine(setup: SpineSetup, stages: Stages, stage: str) -> RigidTransform:
@@ -230,18 +238,37 @@ def _origin_mm(setup: SpineSetup, stages: Stages) -> Float:
     return stages[setup.baseline][setup.reference].position_mm
 
 
-def _initial_poses(setup: SpineSetup, stages: Stages, levels: tuple[str, ...]) -> tuple[SpinePoses, Float]:
-    """Return the initial poses in patient axes, NaN where there is none, and their errors (n, 6, r)."""
+def _initial_poses(
+    setup: SpineSetup, stages: Stages, levels: tuple[str, ...]
+) -> tuple[SpinePoses, dict[str, Float]]:
+    """Return the initial poses in patient axes, NaN where there is none, and the errors of their places by source.
+
+    They have errors of their own, and those of the patient axes where they were given in them.
+    """
     n = len(levels)
     rows = [levels.index(name) for name in setup.initial.levels]
     to_patient = setup.patient_axes.T
     position, rotation = np.full((n, 3), np.nan), np.full((n, 3, 3), np.nan)
     position[rows] = (setup.initial.position_mm - _origin_mm(setup, stages)) @ to_patient.T
     rotation[rows] = to_patient @ setup.initial.rotation
-    errors = np.zeros((n, 6, setup.initial.errors.shape[2]))
-    errors[rows, :3] = to_patient @ setup.initial.errors[:, :3]
-    errors[rows, 3:] = to_patient @ setup.initial.errors[:, 3:]
+    given = {INITIAL: setup.initial.errors}
+    factor = axes_factor(setup.axes_covariance_deg2)
+    if factor.shape[1]:
+        by_axes = setup.initial.by_axes
+        given[AXES] = (np.zeros((len(rows), 6, 3)) if by_axes is None else by_axes) @ factor
+    errors = {source: np.zeros((n, 6, own.shape[2])) for source, own in given.items()}
+    for source, own in given.items():
+        errors[source][rows, :3] = to_patient @ own[:, :3]
+        errors[source][rows, 3:] = to_patient @ own[:, 3:]
     return SpinePoses(position, rotation), errors
+
+
+def _with_axes(errors: dict[str, Float], position_mm: Float, setup: SpineSetup) -> dict[str, Float]:
+    """Return errors (n, 6, r) by source with those of the axes that poses are seen in: turned by e, they turn by -e."""
+    if AXES not in errors:
+        return errors
+    turned = turning(position_mm) @ axes_factor(setup.axes_covariance_deg2)
+    return errors | {AXES: errors[AXES] - turned}
 
 
 def _path(name: str, setup: SpineSetup, order: tuple[str, ...], stage: str) -> tuple[str, ...] | None:

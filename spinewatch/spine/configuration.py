@@ -68,8 +68,9 @@ class SpineConfiguration:
     poses
         The poses.
     errors
-        Their errors by independent source. Sources: ``initial`` (the initial configuration), ``triads NAME`` (the poses
-        of the triads at stage NAME), ``interpolation NAME`` (what interpolation at stage NAME cannot know).
+        Their errors by independent source. Sources: ``initial`` (the initial configuration), ``patient axes`` (their
+        directions), ``triads NAME`` (the poses of the triads at stage NAME), ``interpolation NAME`` (what interpolation
+        at stage NAME cannot know).
     alternatives
         Other interpolations of the same data, which bracket the poses of vertebrae without a marker; equal to ``poses``
         for the others.
@@ -150,6 +151,9 @@ class InitialSpine:
     errors
         Errors of all poses together, shape (n, 6, r): columns are independent, rows as of `Pose.covariance`, object
         axes.
+    by_axes
+        How they change with a small rotation of the patient axes about themselves, because they were given in those
+        axes: shape (n, 6, 3), object axes, mm and degrees per degree; None where they do not.
     """
 
     kind: InitialKind
@@ -157,6 +161,7 @@ class InitialSpine:
     position_mm: Float
     rotation: Float
     errors: Float
+    by_axes: Float | None = None
 
 
 @dataclass(frozen=True)
@@ -197,6 +202,9 @@ class SpineSetup:
         Markers that were clamped again, in the order of the stages.
     extra_levels
         Vertebrae that this spine has in addition to the usual ones: T13, L6, or S2 to S5.
+    axes_covariance_deg2
+        Covariance of a small rotation of the patient axes about themselves, shape (3, 3), degrees^2, as of
+        `axes_errors.direction_axes_covariance`; zero for exact axes.
     """
 
     patient_axes: Float
@@ -205,3 +213,4 @@ class SpineSetup:
     initial: InitialSpine
     rebaselines: Sequence[Rebaseline] = field(default_factory=tuple)
     extra_levels: Sequence[str] = ()
+    axes_covariance_deg2: Float = field(default_factory=lambda: np.zeros((3, 3)))

@@ -12,6 +12,7 @@ from spinewatch.arrays import Float
 from spinewatch.errors import ParameterError
 from spinewatch.geometry.rotations import nearest_rotation, vector_from_rotation
 from spinewatch.levels import LevelError, level_numbers, vertebra_names
+from spinewatch.spine.axes_errors import turning
 from spinewatch.spine.configuration import InitialKind, InitialSpine
 from spinewatch.spine.orientation import twist_of
 from spinewatch.spine.patient_axes import require_chain_along
@@ -99,6 +100,7 @@ def initial_from_poses(  # noqa: PLR0913
     triads: Mapping[str, Pose],
     extra_levels: Sequence[str] = (),
     parameters: InitialParameters | None = None,
+    turned_with_axes: Sequence[bool] | None = None,
 ) -> InitialSpine:
     """Return the initial configuration of poses that were typed in or uploaded.
 
@@ -125,6 +127,9 @@ def initial_from_poses(  # noqa: PLR0913
         Vertebrae that this spine has in addition.
     parameters
         How poses are checked and placed.
+    turned_with_axes
+        Which rotations were given in patient axes and are in object axes by the stated ones, shape (n,); None for all
+        in frame ``patient``, and for none in ``object``.
 
     Returns
     -------
@@ -164,12 +169,13 @@ def initial_from_poses(  # noqa: PLR0913
     sd = np.repeat(
         np.stack([np.broadcast_to(position_sd_mm, n), np.broadcast_to(rotation_sd_deg, n)], axis=1), 3, axis=1
     )
+    with_axes = np.full(n, frame == "patient") if turned_with_axes is None else np.array(turned_with_axes)
     _check_levels(names, triads, extra_levels)
     _check_poses(names, position, R, sd, parameters)
     _check_distances(names, level_numbers(names, extra_levels), position, parameters)
     R = np.array([nearest_rotation(matrix) for matrix in R])
     if level_numbers(names, extra_levels)[0] > level_numbers(names, extra_levels)[-1]:
-        names, position, R, sd = names[::-1], position[::-1], R[::-1], sd[::-1]
+        names, position, R, sd, with_axes = (v[::-1] for v in (names, position, R, sd, with_axes))
     errors = np.zeros((n, 6, 6 * n))
     for i in range(n):
         errors[i, :, 6 * i : 6 * i + 6] = np.diag(sd[i])
@@ -177,15 +183,21 @@ def initial_from_poses(  # noqa: PLR0913
     _check_angles(names, level_numbers(names, extra_levels), turned, parameters)
     require_chain_along(names, seen, "the initial configuration", extra_levels)
     shift = _shift_to_triads(names, seen, turned, patient_axes, triads, parameters)
+    by_axes = np.zeros((n, 6, 3))
+    by_axes[with_axes, 3:] = patient_axes
     if frame == "patient":
         shift, shift_sd = _placement(shift, len(set(names) & set(triads)), parameters)
+        common_mm = [triads[name].position_mm for name in names if name in triads]
+        by_axes[:, :3] = (
+            patient_axes @ turning(position + shift - np.mean(common_mm, axis=0) @ patient_axes)[:, :3]
+        )
         position, R = (position + shift) @ patient_axes.T, patient_axes @ R
         common = np.zeros((n, 6, 3))
         common[:, :3] = shift_sd * np.eye(3)
         errors = np.concatenate([errors, common], axis=2)
     else:
         _check_shift(shift, parameters)
-    return InitialSpine(InitialKind.POSES, names, position, R, errors)
+    return InitialSpine(InitialKind.POSES, names, position, R, errors, by_axes if by_axes.any() else None)
 
 
 def _check_levels(names: tuple[str, ...], triads: Mapping[str, Pose], extra_levels: Sequence[str]) -> None:

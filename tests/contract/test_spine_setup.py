@@ -3,12 +3,15 @@ import pytest
 from pydantic import ValidationError
 
 from contract.spine_setup import (
+    DIRECTION_SD_DEG,
+    LANDMARK_SD_MM,
     InitialRadiographs,
     PatientDirections,
     PatientLandmarks,
     SpineSetup,
     VertebraPose,
     patient_axes,
+    patient_axes_covariance,
     planned_vertebrae,
 )
 from spinewatch.spine.patient_axes import PatientAxesError
@@ -31,6 +34,35 @@ def test_landmarks() -> None:
     np.testing.assert_allclose(
         patient_axes(axes), np.column_stack([[0, 0, -1], [0, 1, 0], [1, 0, 0]]), atol=1e-12
     )
+
+
+@pytest.mark.parametrize("sd", [{}, {"direction_sd_deg": 0.0}, {"direction_sd_deg": 3.0}])
+def test_directions_without_a_deviation_have_the_usual_one(sd: dict[str, float]) -> None:
+    axes = PatientDirections(kind="directions", cephalad="+x", left="-y", **sd)
+    assert axes.direction_sd_deg == DIRECTION_SD_DEG
+    np.testing.assert_allclose(patient_axes_covariance(axes), DIRECTION_SD_DEG**2 * np.eye(3), atol=1e-12)
+
+
+@pytest.mark.parametrize("sd", [{}, {"landmark_sd_mm": 0.0}, {"landmark_sd_mm": 7.0}])
+def test_landmarks_without_a_deviation_have_the_usual_one(sd: dict[str, float]) -> None:
+    axes = PatientLandmarks(
+        kind="landmarks",
+        caudal_mm=[0.0] * 3,
+        cephalad_mm=[400.0, 0.0, 0.0],
+        left_mm=[200.0, 100.0, 0.0],
+        **sd,
+    )
+    assert axes.landmark_sd_mm == LANDMARK_SD_MM
+    deviations = np.sqrt(np.diag(patient_axes_covariance(axes)))
+    np.testing.assert_allclose(deviations, np.degrees([7 / 400 * 2**0.5] * 2 + [7 / 100 * 1.5**0.5]))
+
+
+def test_a_stated_deviation_of_the_axes_counts_and_is_bounded() -> None:
+    axes = PatientDirections(kind="directions", cephalad="+x", left="-y", direction_sd_deg=0.5)
+    np.testing.assert_allclose(patient_axes_covariance(axes), 0.25 * np.eye(3), atol=1e-12)
+    for wrong in (-1.0, 46.0, float("nan")):
+        with pytest.raises(ValidationError, match="direction_sd_deg"):
+            PatientDirections(kind="directions", cephalad="+x", left="-y", direction_sd_deg=wrong)
 
 
 def test_directions_that_determine_no_axes() -> None:

@@ -7,6 +7,7 @@ from store import spine_setups
 from store.database import Database
 from store.errors import NotFoundError, RebaselineExistsError, SetupMissingError
 from store.tables.events import Event
+from store.tables.spines import SpineSetup as SpineSetupRow
 from tests.store.builders import CLIENT, NOON, at, end, new_stage, new_surgery, spine_setup
 
 
@@ -39,6 +40,17 @@ def test_a_change_is_a_new_revision_and_the_same_setup_is_none(database: Databas
     assert [item.setup for item in stored] == [spine_setup(), other, spine_setup()]
     assert [item.actor for item in stored] == [CLIENT.name] * 3
     assert actions.count("spine:configured") == 3
+
+
+def test_setups_of_earlier_versions_have_the_usual_deviation_of_the_axes(database: Database) -> None:
+    surgery = new_surgery(database)
+    document = spine_setup().model_dump(mode="json")
+    del document["patient_axes"]["direction_sd_deg"]
+    with database.write() as session:
+        session.add(SpineSetupRow(surgery_id=surgery, revision=1, document=document, created_at=NOON))
+    with database.read() as session:
+        assert spine_setups.get(session, surgery).setup == spine_setup()
+    assert not put(database, surgery, spine_setup(), 1)
 
 
 def test_a_surgery_without_a_setup(database: Database) -> None:

@@ -65,6 +65,25 @@ def test_errors_are_independent_with_the_deviations_given() -> None:
     assert np.allclose(joint, np.diag([1, 1, 1, 4, 4, 4, 4, 4, 4, 4, 4, 4, 9, 9, 9, 4, 4, 4]))
 
 
+def test_which_poses_turn_with_the_axes_follows_the_order_of_the_levels() -> None:
+    assert initial().by_axes is None
+    given = initial_from_poses(
+        LEVELS[::-1],
+        (POSITION @ AXES.T)[::-1],
+        (AXES @ ROTATION)[::-1],
+        1.0,
+        2.0,
+        frame="object",
+        patient_axes=AXES,
+        triads={},
+        turned_with_axes=[True, False, False],
+    )
+    assert given.by_axes is not None
+    assert given.levels[2] == "L1"
+    assert not given.by_axes[:2].any()
+    assert np.array_equal(given.by_axes[2], np.concatenate([np.zeros((3, 3)), AXES]))
+
+
 def test_the_order_of_the_levels_changes_nothing() -> None:
     sd = np.array([1.0, 2.0, 3.0])
     down, up = (

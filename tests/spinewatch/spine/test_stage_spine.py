@@ -7,15 +7,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from spinewatch.arrays import Float
 from spinewatch.geometry.covariance import covariance_factor
 from spinewatch.geometry.rotations import rotation_from_vector, vector_from_rotation
 from spinewatch.simulation import scoliosis
+from spinewatch.spine.axes_errors import axes_factor
+from spinewatch.spine.bodies import AXES as BY_AXES
 from spinewatch.spine.bodies import INITIAL
 from spinewatch.spine.configuration import InitialKind, InitialSpine, Origin, SpineSetup
+from spinewatch.spine.initial import initial_from_poses
 from spinewatch.spine.interpolation_model import InterpolationParameters
 from spinewatch.spine.motion import ReferenceMissingError
 from spinewatch.spine.stage_spine import spine_at_stage
-from tests.spinewatch.spine.simulated import AXES, LEVELS, disturbed, moved, surgery, turn
+from tests.spinewatch.spine.simulated import AXES, LEVELS, Surgery, disturbed, moved, surgery, turn
 
 seeds = st.integers(0, 10**6)
 SOME = ("T9", "T11", "L1", "L3")
@@ -290,3 +294,62 @@ def test_intervals_of_interpolated_vertebrae_cover_simulated_corrections() -> No
     assert (np.sqrt((z**2).mean(axis=0)) > 0.05).all()
     # Every second vertebra is enough for a degree.
     assert (np.sqrt((np.concatenate(error)[:, 3:] ** 2).mean(axis=0)) < 1.0).all()
+
+
+def typed(case: Surgery, axes: Float, frame: str) -> SpineSetup:
+    """Return the setup of a surgery with its true initial poses in a frame, placed by the axes that are stated."""
+    poses = case.truth["PRE"]
+    position, rotation = poses.position_mm, poses.rotation
+    if frame != "patient":
+        position = case.setup.initial.position_mm
+        rotation = axes @ rotation if frame == "angles" else case.setup.initial.rotation
+    initial = initial_from_poses(
+        LEVELS,
+        position,
+        rotation,
+        1.0,
+        1.0,
+        frame="patient" if frame == "patient" else "object",
+        patient_axes=axes,
+        triads=case.stages["PRE"],
+        turned_with_axes=[frame != "object"] * len(LEVELS),
+    )
+    covariance = np.array([[9.0, 1, 0], [1, 4, 0], [0, 0, 16]])
+    return SpineSetup(axes, "L1", "PRE", initial, axes_covariance_deg2=covariance)
+
+
+@pytest.mark.parametrize("frame", ["object", "patient", "angles"])
+@pytest.mark.parametrize("stage", ["PRE", "POST"])
+def test_errors_of_the_axes_are_finite_differences(frame: str, stage: str) -> None:
+    case = surgery(6, SOME)
+    setup, step = typed(case, AXES, frame), 1e-4
+    spine, reference = spine_at_stage(setup, case.stages, stage), LEVELS.index("L1")
+    at_baseline = spine_at_stage(setup, case.stages, "PRE").errors[BY_AXES]
+    known = np.isfinite(spine.poses.position_mm[:, 0])
+    assert (known & ~np.array(spine.marked)).any()
+    F = axes_factor(setup.axes_covariance_deg2)
+    for column in range(3):
+        truth = spine_at_stage(
+            typed(case, AXES @ turn(*(step * F[:, column])), frame), case.stages, stage
+        ).poses
+        # The origin is the centroid of the reference at the baseline in both.
+        moved_mm = (truth.position_mm - spine.poses.position_mm)[known] / step
+        origin = at_baseline[reference, :3, column]
+        assert np.allclose(moved_mm, spine.errors[BY_AXES][known, :3, column] - origin, atol=5e-3)
+        turns = truth.rotation[known] @ np.swapaxes(spine.poses.rotation[known], -1, -2)
+        turned_deg = np.degrees(vector_from_rotation(turns)) / step
+        assert np.allclose(turned_deg, spine.errors[BY_AXES][known, 3:, column], atol=5e-3)
+
+
+def test_poses_in_patient_axes_are_right_at_the_baseline_whatever_the_axes() -> None:
+    case = surgery(6, SOME)
+    errors = spine_at_stage(typed(case, AXES, "patient"), case.stages, "PRE").errors[BY_AXES]
+    assert np.allclose(errors[:, 3:], 0, atol=1e-12)
+    assert np.allclose(errors[:, :3], errors[0, :3], atol=1e-9)
+    later = spine_at_stage(typed(case, AXES, "patient"), case.stages, "POST").errors[BY_AXES]
+    assert np.abs(later[:, 3:]).max() > 0.1
+
+
+def test_exact_axes_have_no_source_of_errors() -> None:
+    case = surgery(3, SOME, noise=0.3, initial_sd=1.0)
+    assert BY_AXES not in spine_at_stage(case.setup, case.stages, "POST").errors

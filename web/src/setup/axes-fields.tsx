@@ -53,6 +53,19 @@ export function AxesFields({ form, faults, change }: AxesProps): VNode {
           </fieldset>
         ))
       )}
+      <div class="field">
+        <label for="setup-axes-sd">
+          {form.axes === "directions" ? "Standard deviation of each direction, degrees" : "Standard deviation of each point per axis, mm"}
+        </label>
+        <input
+          id="setup-axes-sd"
+          inputMode="decimal"
+          placeholder={form.axes === "directions" ? "3" : "7"}
+          value={form.axesSd[form.axes]}
+          onInput={(event) => change({ ...form, axesSd: { ...form.axesSd, [form.axes]: event.currentTarget.value } })}
+        />
+        <FieldFault faults={faults} field="axes-sd" />
+      </div>
       <p class="small muted">
         {front === null
           ? "The front follows from the head and the left."

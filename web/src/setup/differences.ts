@@ -56,9 +56,10 @@ function parts(setup: SpineSetup): Record<string, unknown> {
 }
 
 function axesText({ patient_axes: axes }: SpineSetup): string {
-  if (axes.kind === "landmarks") return "three landmark points";
+  const sd = (value: number | undefined, unit: string): string => (value === undefined ? "" : ` (sd ${value} ${unit})`);
+  if (axes.kind === "landmarks") return `three landmark points${sd(axes.landmark_sd_mm, "mm")}`;
   const text = (direction: string | number[]): string => (typeof direction === "string" ? direction : `(${direction.join(", ")})`);
-  return `head ${text(axes.cephalad)}, left ${text(axes.left)}`;
+  return `head ${text(axes.cephalad)}, left ${text(axes.left)}${sd(axes.direction_sd_deg, "deg")}`;
 }
 
 function initialText({ initial }: SpineSetup): string {

@@ -18,6 +18,8 @@ export interface SetupForm {
   readonly cephalad: DirectionForm;
   readonly left: DirectionForm;
   readonly landmarks: Readonly<Record<LandmarkName, readonly [string, string, string]>>;
+  /** Standard deviation of each direction, degrees, and of each point, mm; empty for the usual one. */
+  readonly axesSd: Readonly<Record<"directions" | "landmarks", string>>;
   /** Vertebrae with a marker; null for those of the surgery. */
   readonly levels: readonly string[] | null;
   readonly reference: string | null;
@@ -45,6 +47,7 @@ export function newForm(spineAxis: "x" | "y" | "auto"): SetupForm {
     cephalad: { choice: along, vector: NO_POINT },
     left: { choice: along === "+x" ? "+y" : "-x", vector: NO_POINT },
     landmarks: { caudal_mm: NO_POINT, cephalad_mm: NO_POINT, left_mm: NO_POINT },
+    axesSd: { directions: "", landmarks: "" },
     levels: null,
     reference: null,
     baseline: null,
@@ -70,6 +73,10 @@ export function formOf(setup: SpineSetup): SetupForm {
       axes.kind === "landmarks"
         ? { caudal_mm: texts(axes.caudal_mm), cephalad_mm: texts(axes.cephalad_mm), left_mm: texts(axes.left_mm) }
         : blank.landmarks,
+    axesSd: {
+      directions: axes.kind === "directions" ? sdText(axes.direction_sd_deg) : "",
+      landmarks: axes.kind === "landmarks" ? sdText(axes.landmark_sd_mm) : "",
+    },
     levels: setup.levels ?? null,
     reference: setup.reference_vertebra ?? null,
     baseline: setup.baseline ?? null,
@@ -107,19 +114,34 @@ function axesOf(form: SetupForm, faults: Fault[]): SpineSetup["patient_axes"] | 
     const [caudal, cephalad, left] = (["caudal_mm", "cephalad_mm", "left_mm"] as const).map((name) =>
       numbersOf(form.landmarks[name], name, "give three coordinates in mm", faults),
     );
+    const sd = sdOf(form.axesSd.landmarks, 100, "mm", faults);
     if (!caudal || !cephalad || !left) return null;
-    return { kind: "landmarks", caudal_mm: caudal, cephalad_mm: cephalad, left_mm: left };
+    return { kind: "landmarks", caudal_mm: caudal, cephalad_mm: cephalad, left_mm: left, ...(sd !== null && { landmark_sd_mm: sd }) };
   }
   const [cephalad, left] = (["cephalad", "left"] as const).map((name) => {
     const { choice, vector } = form[name];
     return choice === "vector" ? numbersOf(vector, name, "give three numbers, not all 0", faults) : choice;
   });
+  const sd = sdOf(form.axesSd.directions, 45, "degrees", faults);
   if (!cephalad || !left) return null;
   if (angleDeg(vectorOf(cephalad), vectorOf(left)) < 1) {
     faults.push({ field: "left", text: "the direction to the left lies along that to the head; choose another" });
     return null;
   }
-  return { kind: "directions", cephalad, left };
+  return { kind: "directions", cephalad, left, ...(sd !== null && { direction_sd_deg: sd }) };
+}
+
+/** A typed standard deviation; null for the usual one. */
+function sdOf(typed: string, most: number, unit: string, faults: Fault[]): number | null {
+  if (typed.trim() === "") return null;
+  const sd = Number(typed.replace(",", "."));
+  if (sd > 0 && sd <= most) return sd;
+  faults.push({ field: "axes-sd", text: `give a deviation above 0 and up to ${most} ${unit}, or leave it empty` });
+  return null;
+}
+
+function sdText(sd: number | undefined): string {
+  return sd === undefined ? "" : String(sd);
 }
 
 function initialOf(form: SetupForm, faults: Fault[]): SpineSetup["initial"] | null {

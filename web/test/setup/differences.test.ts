@@ -19,6 +19,8 @@ describe("differences", () => {
     expect(differences(BASE, BASE)).toEqual([]);
     expect(differences(BASE, MINE)).toEqual([{ field: "Patient axes", before: "head +x, left +y", after: "head +x, left -y" }]);
     expect(differences(null, BASE)).toHaveLength(6);
+    const surer: SpineSetup = { ...BASE, patient_axes: { kind: "directions", cephalad: "+x", left: "+y", direction_sd_deg: 1 } };
+    expect(differences(BASE, surer)[0]?.after).toBe("head +x, left +y (sd 1 deg)");
   });
 
   test("are told of numbers that the words do not show", () => {

@@ -21,6 +21,18 @@ test("a stored setup is the same after it was edited without a change", () => {
   expect(setupOf(formOf(points)).setup).toEqual(points);
 });
 
+test("a deviation of the axes is kept, or is the usual one", () => {
+  const directions: SpineSetup = { ...SETUP, patient_axes: { kind: "directions", cephalad: "-x", left: "-y", direction_sd_deg: 1.5 } };
+  expect(setupOf(formOf(directions)).setup).toEqual(directions);
+  const points: SpineSetup = {
+    ...SETUP,
+    patient_axes: { kind: "landmarks", caudal_mm: [0, 0, 0], cephalad_mm: [1.5, 0, 0], left_mm: [0, -2, 0], landmark_sd_mm: 4 },
+  };
+  expect(setupOf(formOf(points)).setup).toEqual(points);
+  const faulty = { ...newForm("x"), axesSd: { directions: "-1", landmarks: "" } };
+  expect(setupOf(faulty).faults.map(({ field }) => field)).toEqual(["axes-sd"]);
+});
+
 test("the first setup of a surgery can be stored as it is", () => {
   const { setup } = setupOf(newForm("y"));
   expect(setup?.patient_axes).toEqual({ kind: "directions", cephalad: "+y", left: "-x" });
