@@ -172,11 +172,19 @@ def _measure(measure: MeasureValue, derivation: str | None = None, since: str | 
     )  # fmt: skip
 
 
-def _component(level: str, code: str, number: Number, origin: str, reason: str | None, **more: str) -> Entry:
+def _component(
+    level: str,
+    code: str,
+    number: Number,
+    origin: str,
+    reason: str | None,
+    derivation: str | None = None,
+    since: str | None = None,
+) -> Entry:
     value, sd = number
     return Entry(
         level, "vertebra", code, _unit(code), value, None if value is None else sd, normal_interval(value, sd),
-        origin if value is not None else "not_measured", origin == "assumed", reason, (level,), **more,
+        origin if value is not None else "not_measured", origin == "assumed", reason, (level,), derivation, since,
     )  # fmt: skip
 
 
