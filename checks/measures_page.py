@@ -52,8 +52,9 @@ vertebrae is exaggerated by up to half its deviation.
 
 _STATUSES = {
     MeasureStatus.MEASURED: "every vertebra that the measure needs has a marker at this stage, or is known from the"
-    " initial configuration at the baseline",
-    MeasureStatus.BRACKETED: "at least one of them is interpolated: the interval contains the values by other"
+    " initial configuration at the baseline, unless that is a generic spine",
+    MeasureStatus.BRACKETED: "at least one of them is interpolated, or one of a generic spine without a marker: the"
+    " interval contains the values by other"
     " interpolations (slerp and spline of the absolute orientation, slerp of the change), widened by the deviation",
     MeasureStatus.NOT_MEASURED: "there is a reason instead of a value",
 }

@@ -134,7 +134,7 @@ def spine_requests(baseline: SpineConfiguration, parameters: MeasureParameters) 
 
 
 def bracketed_levels(configuration: SpineConfiguration) -> frozenset[str]:
-    """Return the vertebrae whose pose another interpolation of the same data changes, or that are interpolated.
+    """Return the vertebrae whose pose is interpolated, is assumed without a marker, or differs by interpolation.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def bracketed_levels(configuration: SpineConfiguration) -> frozenset[str]:
         for name, origin, marked, different in zip(
             configuration.levels, configuration.origins, configuration.marked, differs, strict=True
         )
-        if origin is Origin.INTERPOLATED or (different and not marked)
+        if origin is Origin.INTERPOLATED or (not marked and (different or origin is Origin.ASSUMED))
     )
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from spinewatch.arrays import Float
+import numpy as np
+
+from spinewatch.arrays import Bool, Float
 from spinewatch.spine.assembly import assemble
 from spinewatch.spine.configuration import InitialKind, Origin, SpineConfiguration, SpinePoses, SpineSetup
 from spinewatch.spine.displacements import Base, fill_positions, is_known
@@ -37,7 +39,8 @@ def spine_at_stage(
     -------
     SpineConfiguration
         Poses in patient axes with errors, origins and reasons. At the baseline the initial poses hold for every
-        vertebra; at another stage a vertebra without a triad is interpolated if it lies between measured ones.
+        vertebra, those of a generic spine between the outermost measured ones; at another stage a vertebra without a
+        triad is interpolated if it lies between measured ones.
 
     Raises
     ------
@@ -58,8 +61,9 @@ def spine_at_stage(
     """
     parameters = parameters or InterpolationParameters()
     assembled = assemble(setup, stages, stage, _fill, parameters)
-    bodies, known, filled = assembled.bodies, assembled.known, assembled.filled
     assumed = setup.initial.kind is InitialKind.GENERIC
+    bodies, known = assembled.bodies, assembled.known
+    filled = _within(assembled.filled, bodies.marked) if assumed else assembled.filled
     origins = _origins(known, filled, assumed)
     return SpineConfiguration(
         levels=bodies.levels,
@@ -77,6 +81,16 @@ def spine_at_stage(
         assumed=assumed,
         reference=setup.reference,
     )
+
+
+def _within(poses: SpinePoses, marked: Bool) -> SpinePoses:
+    """Return poses without those beyond the outermost marked vertebrae: a generic spine is fitted to their triads."""
+    rows = np.flatnonzero(marked)
+    beyond = np.ones(len(marked), dtype=bool)
+    beyond[rows[0] : rows[-1] + 1] = False
+    position, rotation = poses.position_mm.copy(), poses.rotation.copy()
+    position[beyond], rotation[beyond] = np.nan, np.nan
+    return SpinePoses(position, rotation)
 
 
 def _fill(

@@ -109,14 +109,16 @@ def test_an_interpolated_vertebra_brackets_with_the_other_interpolations() -> No
     assert bracketed_levels(at) == {"L1"}
 
 
-def test_an_assumed_vertebra_is_bracketed_where_interpolations_differ() -> None:
+def test_an_assumed_vertebra_without_a_marker_is_bracketed_whatever_interpolations_say() -> None:
     at = spine()
     other = tilted([-26.0, -10.0, 0.0, 10.0, 20.0]).poses
     assumed = replace(
         at, origins=(Origin.ASSUMED,) * 5, marked=(False, True, True, True, True), alternatives=(other,)
     )
     assert bracketed_levels(assumed) == {"L1"}
-    assert bracketed_levels(replace(assumed, alternatives=(at.poses,))) == frozenset()
+    assert bracketed_levels(replace(assumed, alternatives=(at.poses,))) == {"L1"}
+    assert bracketed_levels(replace(assumed, alternatives=())) == {"L1"}
+    assert bracketed_levels(replace(assumed, marked=(True,) * 5)) == frozenset()
 
 
 def test_a_missing_pose_is_a_reason() -> None:

@@ -353,3 +353,23 @@ def test_poses_in_patient_axes_are_right_at_the_baseline_whatever_the_axes() -> 
 def test_exact_axes_have_no_source_of_errors() -> None:
     case = surgery(3, SOME, noise=0.3, initial_sd=1.0)
     assert BY_AXES not in spine_at_stage(case.setup, case.stages, "POST").errors
+
+
+def test_a_generic_spine_says_nothing_beyond_the_markers() -> None:
+    case = surgery(12, ("T9", "T11", "L1"))
+    setup = replace(case.setup, initial=replace(case.setup.initial, kind=InitialKind.GENERIC))
+    beyond = [
+        level for level in LEVELS if not LEVELS.index("T9") <= LEVELS.index(level) <= LEVELS.index("L1")
+    ]
+    assert beyond
+    for stage in ("PRE", "POST"):
+        found = spine_at_stage(setup, case.stages, stage)
+        missing = [
+            level
+            for level, origin in zip(found.levels, found.origins, strict=True)
+            if origin is Origin.NOT_MEASURED
+        ]
+        assert missing == beyond
+        reasons = {found.reasons[found.index(level)] for level in beyond}
+        assert reasons == {"it carries no triad, and it is not between vertebrae that were measured"}
+        assert np.isnan(found.poses.position_mm[found.index(beyond[0])]).all()
