@@ -16,6 +16,7 @@ from pathlib import Path
 
 from bench import (
     spine_attribution,
+    spine_axes,
     spine_bursts,
     spine_cobb,
     spine_coverage,
@@ -57,6 +58,10 @@ class Sizes:
         Surgeries of each kind that are moved, mirrored and renamed.
     gates
         Surgeries with each set of markers for the plausibility gates.
+    erring
+        Surgeries whose patient axes err, for the intervals.
+    axes
+        Surgeries whose patient axes are checked.
     """
 
     triads: int = 4000
@@ -69,6 +74,8 @@ class Sizes:
     manoeuvres: int = 30
     moved: int = 20
     gates: int = 300
+    erring: int = 800
+    axes: int = 300
 
 
 Part = tuple[list[Grid], tuple[Bar, ...]]
@@ -108,6 +115,10 @@ def _invariance(sizes: Sizes) -> Part:
     return spine_invariance.grids_and_bars(spine_invariance.changes(sizes.moved))
 
 
+def _axes(sizes: Sizes) -> Part:
+    return spine_axes.parts(sizes.erring, sizes.axes)
+
+
 def _plausibility(sizes: Sizes) -> Part:
     return spine_plausibility.gates(sizes.gates)
 
@@ -122,10 +133,11 @@ PARTS: Mapping[str, Callable[[Sizes], Part]] = {
     "sample": _sample,
     "invariance": _invariance,
     "plausibility": _plausibility,
+    "axes": _axes,
 }
 """The parts by name, in the order in which they are printed."""
 
-_LONGEST_FIRST = ("coverage", "cobb", "bursts")
+_LONGEST_FIRST = ("coverage", "axes", "cobb", "bursts")
 
 
 def measure(names: Sequence[str], sizes: Sizes, processes: int = PROCESSES) -> tuple[list[Grid], list[Bar]]:

@@ -22,6 +22,7 @@ from spinewatch.arrays import Float
 from spinewatch.flags import Flag
 from spinewatch.levels import anatomical_sequence, level_numbers
 from spinewatch.spine import configuration
+from spinewatch.spine.axes_checks import patient_axes_flags
 from spinewatch.spine.configuration import InitialSpine
 from spinewatch.spine.generic_spine import generic_spine
 from spinewatch.spine.initial import initial_from_poses
@@ -76,7 +77,7 @@ def library_setup(
         extra_levels=tuple(surgery.extra_levels),
         axes_covariance_deg2=patient_axes_covariance(document.patient_axes),
     )
-    return setup, flags
+    return setup, (*patient_axes_flags(setup, triads), *flags)
 
 
 def marked_poses(document: SpineSetup, poses: Mapping[str, Pose]) -> dict[str, Pose]:
@@ -102,7 +103,8 @@ def _initial(
             axes.T @ spine.rotation,
         )
     if isinstance(initial, InitialRadiographs):
-        return _from_radiographs(initial, axes, extra_levels, triads, radiographs)
+        covariance = patient_axes_covariance(document.patient_axes)
+        return _from_radiographs(initial, axes, covariance, extra_levels, triads, radiographs)
     return _generic(initial, axes, extra_levels, triads), ()
 
 
@@ -137,6 +139,7 @@ def _rotation(pose: VertebraPose, frame: str, axes: Float) -> Float:
 def _from_radiographs(
     initial: InitialRadiographs,
     axes: Float,
+    axes_covariance_deg2: Float,
     extra_levels: Sequence[str],
     triads: Mapping[str, Pose],
     radiographs: Mapping[str, RadiographView],
@@ -150,6 +153,7 @@ def _from_radiographs(
         initial.landmark_sd_px,
         extra_levels,
         patient_axes=axes,
+        axes_covariance_deg2=axes_covariance_deg2,
     )
     return spine, (*fit.flags, *_left_out_flags(left_out))
 

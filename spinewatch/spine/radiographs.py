@@ -11,6 +11,7 @@ from spinewatch.arrays import Float
 from spinewatch.errors import ParameterError
 from spinewatch.flags import Flag
 from spinewatch.geometry.rotations import vector_from_rotation
+from spinewatch.spine.axes_checks import AxesCheckParameters, AxesEvidence, evidence_flags
 from spinewatch.spine.configuration import InitialKind, InitialSpine
 from spinewatch.spine.radiograph_fit import (
     RadiographFitParameters,
@@ -48,13 +49,16 @@ class RadiographParameters:
         Shape of a vertebra.
     fit
         Limits of the fit to object space.
-    max_axes_angle_deg
-        Largest rotation between the axes of the radiographs and the stated patient axes that is not flagged, degrees.
+    film_sd_deg
+        Standard deviation of the axes of the radiographs against the patient's, about each of them, degrees.
+    axes
+        Limits of the rotation between the two axes.
     """
 
     shape: VertebraShapeParameters = field(default_factory=VertebraShapeParameters)
     fit: RadiographFitParameters = field(default_factory=RadiographFitParameters)
-    max_axes_angle_deg: float = 30.0
+    film_sd_deg: float = 3.0
+    axes: AxesCheckParameters = field(default_factory=AxesCheckParameters)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +83,7 @@ class RadiographFit:
     flags: tuple[Flag, ...]
 
 
-def initial_from_radiographs(
+def initial_from_radiographs(  # noqa: PLR0913
     pa: RadiographView,
     lateral: RadiographView,
     vertebrae: Sequence[LandmarkedVertebra],
@@ -88,6 +92,8 @@ def initial_from_radiographs(
     extra_levels: Sequence[str] = (),
     parameters: RadiographParameters | None = None,
     patient_axes: Float | None = None,
+    *,
+    axes_covariance_deg2: Float | None = None,
 ) -> tuple[InitialSpine, RadiographFit]:
     """Return the poses of vertebrae in object space from landmarks in two radiographs.
 
@@ -112,6 +118,9 @@ def initial_from_radiographs(
     patient_axes
         Rotation from patient to object axes as it was stated, shape (3, 3), to be compared with the fit; None leaves
         the comparison out.
+    axes_covariance_deg2
+        Covariance of a small rotation of the stated axes about themselves, shape (3, 3), degrees^2; None for exact
+        axes.
 
     Returns
     -------
@@ -130,6 +139,8 @@ def initial_from_radiographs(
         If the scale is not that of true millimetres.
     LevelError
         If a vertebra's name is not one.
+    PatientAxesContradictedError
+        If the axes of the radiographs are turned too far against the stated ones.
 
     References
     ----------
@@ -157,7 +168,7 @@ def initial_from_radiographs(
         *fit_flags(similarity, p.fit),
         *_height_flags(heights, p.fit),
         *_rotation_flags(ordered, p.shape),
-        *_axes_flags(similarity.transform.rotation, patient_axes, p.max_axes_angle_deg),
+        *_axes_flags(similarity, patient_axes, axes_covariance_deg2, p),
     )
     poses = projected_poses(pa, lateral, ordered, heights.offset_mm, landmark_sd_px, p.shape)
     R, scale = similarity.transform.rotation, similarity.transform.scale
@@ -214,15 +225,14 @@ def _rotation_flags(vertebrae: Sequence[LandmarkedVertebra], p: VertebraShapePar
     )
 
 
-def _axes_flags(fitted: Float, stated: Float | None, limit_deg: float) -> tuple[Flag, ...]:
+def _axes_flags(
+    fit: SimilarityFit, stated: Float | None, axes_covariance_deg2: Float | None, p: RadiographParameters
+) -> tuple[Flag, ...]:
     if stated is None:
         return ()
-    angle = float(np.degrees(np.linalg.norm(vector_from_rotation(fitted @ stated.T))))
-    if angle <= limit_deg:
-        return ()
-    return (
-        Flag(
-            "radiograph-axes-differ",
-            f"the axes of the radiographs are turned by {angle:.0f} degrees against the patient axes of the setup",
-        ),
-    )
+    turn = np.degrees(vector_from_rotation(stated.T @ fit.transform.rotation))
+    of_fit = np.degrees(np.degrees(stated.T @ fit.covariance[3:6, 3:6] @ stated))
+    information = np.linalg.inv(of_fit + p.film_sd_deg**2 * np.eye(3))
+    evidence = AxesEvidence("the axes of the radiographs show", turn, information)
+    exact = np.zeros((3, 3)) if axes_covariance_deg2 is None else axes_covariance_deg2
+    return evidence_flags(evidence, exact, "radiograph-axes-differ", p.axes)

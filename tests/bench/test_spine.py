@@ -10,6 +10,7 @@ import pytest
 from bench import (
     spine,
     spine_attribution,
+    spine_axes,
     spine_bursts,
     spine_cobb,
     spine_coverage,
@@ -37,7 +38,7 @@ from bench.spine_surgeries import (
 from bench.spine_triads import RIG_NOISE, measured_triads, pose_coverage, pose_errors
 from bench.spine_truth import CIRCULAR, difference, true_ends, true_reselected, true_value
 from bench.tables import Bar
-from spinewatch.geometry.rotations import rotation_from_vector
+from spinewatch.geometry.rotations import rotation_from_vector, vector_from_rotation
 from spinewatch.simulation.rigs import large_rig
 from spinewatch.simulation.scoliosis import LEVELS, CurveKind, triads_on
 from spinewatch.simulation.spines import random_spine
@@ -232,6 +233,49 @@ def test_coverage_counts_per_measure() -> None:
     assert "change of Cobb has a smaller deviation than Cobb itself" in missed(
         spine_coverage.grids_and_bars(found)[1]
     )
+
+
+# Patient axes that err
+
+
+def test_axes_that_err_are_drawn_beside_the_poses(surgery: Surgery) -> None:
+    exact, erring = (surgery.uncertain_setup(np.random.default_rng(1), 1.0, 1.5, sd) for sd in (0.0, 3.0))
+    assert np.array_equal(exact.patient_axes, surgery.patient_axes)
+    assert not exact.axes_covariance_deg2.any()
+    assert np.allclose(exact.initial.position_mm, erring.initial.position_mm)
+    assert np.array_equal(erring.axes_covariance_deg2, 9 * np.eye(3))
+    off = surgery.patient_axes.T @ erring.patient_axes
+    assert 0.5 < np.degrees(np.linalg.norm(vector_from_rotation(off))) < 12
+    patient = surgery.uncertain_setup(np.random.default_rng(1), 1.0, 1.5, 3.0, "patient")
+    # What was typed in is right in the axes that are stated.
+    assert np.allclose(
+        patient.patient_axes.T @ patient.initial.rotation,
+        exact.patient_axes.T @ exact.initial.rotation,
+        atol=0.1,
+    )
+
+
+def test_rates_of_wrong_axes_on_few_surgeries() -> None:
+    found = spine_axes.rates(4)
+    grid, checks = spine_axes.grid_and_bars_of_rates(found)
+    assert [found.setups[given] for given in spine_axes.GIVEN] == [4, 4, 4]
+    assert len(grid.rows) == 1 + len(spine_axes.TURNS)
+    assert missed(checks[:3]) == []
+    seen = found.flagged["object axes", "30 deg about z"] + found.refused["object axes", "30 deg about z"]
+    assert seen >= 3
+
+
+def test_rates_count_false_alarms_and_refusals() -> None:
+    found = spine_axes.Rates()
+    for given in spine_axes.GIVEN:
+        found.setups[given] = 100
+        for turn in spine_axes.TURNS:
+            found.refused[given, turn] = 80
+    assert missed(spine_axes.grid_and_bars_of_rates(found)[1]) == []
+    found.flagged["object axes", ""] = 2
+    found.refused["patient axes", ""] = 1
+    found.refused["patient axes", "20 deg about x"] = 79
+    assert len(missed(spine_axes.grid_and_bars_of_rates(found)[1])) == 3
 
 
 # Planes of small curves

@@ -47,6 +47,42 @@ def test_angles_are_in_patient_axes_whatever_the_frame_of_the_positions() -> Non
         np.testing.assert_allclose(apart, [60, 0, 0], atol=1e-9)
 
 
+def test_the_axes_have_the_deviation_of_the_document() -> None:
+    for given, sd in (({}, 3.0), ({"direction_sd_deg": 1.5}, 1.5)):
+        document = spine_setup(
+            patient_axes={"kind": "directions", "cephalad": "+x", "left": "+y", **given},
+            initial=poses("object"),
+        )
+        setup, _ = library_setup(document, (), LEVELS, "PRE", TRIADS, {})
+        np.testing.assert_allclose(setup.axes_covariance_deg2, sd**2 * np.eye(3), atol=1e-12)
+
+
+def test_what_was_given_in_patient_axes_turns_with_them() -> None:
+    def by_axes(frame: str, **rotation: object) -> tuple[bool, bool]:
+        document = spine_setup(initial=poses(frame, **rotation))
+        initial = library_setup(document, (), LEVELS, "PRE", TRIADS, {})[0].initial
+        change = np.zeros((2, 6, 3)) if initial.by_axes is None else initial.by_axes
+        return bool(change[:, :3].any()), bool(change[:, 3:].any())
+
+    assert by_axes("patient") == by_axes("patient", rotation=np.eye(3).tolist()) == (True, True)
+    assert by_axes("object") == (False, True)
+    assert by_axes("object", rotation=AXES.tolist()) == (False, False)
+
+
+def test_axes_that_the_initial_poses_disagree_with_are_flagged() -> None:
+    names = [f"T{i}" for i in range(6, 13)]
+    turned = AXES @ rotation_from_vector(np.radians([0.0, 0.0, 20.0]))
+    listed = [
+        {"vertebra": name, "position_mm": [-25.0 * i, 0.0, 0.0], "rotation": turned.tolist()}
+        for i, name in enumerate(names)
+    ]
+    document = spine_setup(initial={"kind": "poses", "frame": "object", "poses": listed})
+    triads = {"T12": Pose(np.array([-150.0, 0, 45]), np.eye(3), np.eye(6) * 0.01)}
+    _, flags = library_setup(document, (), SurgeryLevels("T12"), "PRE", triads, {})
+    assert [flag.code for flag in flags] == ["patient-axes-doubtful"]
+    assert "turned by 20 degrees" in flags[0].detail
+
+
 def test_extra_levels_are_those_of_the_surgery() -> None:
     levels = SurgeryLevels("L1", ["T13"])
     setup, _ = library_setup(spine_setup(initial=poses("object")), (), levels, "PRE", TRIADS, {})

@@ -26,6 +26,7 @@ const ERRORS = [
   "neighbours-disagree",
   "radiograph-points-disagree",
   "radiograph-axes-differ",
+  "patient-axes-doubtful",
   "no-redundancy",
   "adjustment-unfinished",
   "calibration-poor",
