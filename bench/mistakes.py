@@ -99,6 +99,14 @@ UNSEEN = (
         "left and right of the patient exchanged where triads are seen from the side",
         "the anterior axis is tested against the way the triads face; from the side it agrees with both",
     ),
+    (
+        "patient axes turned by 20 degrees about cephalad, with initial poses in patient axes",
+        "the baseline is right whatever they are; triads on a spine that is nearly a line show it in 4%",
+    ),
+    (
+        "patient axes inclined by 20 degrees, with initial poses in object axes",
+        "a part of a curve is inclined as much; seen in 29%; the Cobb angle stays right, balance does not",
+    ),
 )
 """Mistakes that nothing in the input reveals, and why; docs/mistakes.md has the same table."""
 
