@@ -39,7 +39,9 @@ class PlausibilityParameters:
         Largest change of the rotation between neighbouring vertebrae, degrees per level. A thoracic segment bends by 6
         to 10 degrees to either side (White and Panjabi).
     max_disagreement_deg, max_disagreement_mm
-        Largest difference between the motion of a vertebra and what its two neighbours make of it, degrees and mm.
+        Largest difference between the motion of a vertebra and what its two neighbours make of it, where both are up to
+        two levels away, degrees and mm. With neighbours m and n levels away it is m n / (m + n) times as large: what a
+        spine reaches that bends by the same angle per level, to opposite sides above and below.
     sigma
         How many deviations a difference must exceed a limit by.
     """
@@ -287,9 +289,11 @@ def _neighbour_flags(
 ) -> Iterator[Flag]:
     for upper, middle, lower in zip(common, common[1:], common[2:], strict=False):
         turn, shift, sd_deg, sd_mm = _disagreement(before, after, (upper, middle, lower), numbers)
+        above, below = numbers[middle] - numbers[upper], numbers[lower] - numbers[middle]
+        wider = max(above * below / (above + below), 1.0)
         if (
-            turn > p.max_disagreement_deg + p.sigma * sd_deg
-            or shift > p.max_disagreement_mm + p.sigma * sd_mm
+            turn > wider * p.max_disagreement_deg + p.sigma * sd_deg
+            or shift > wider * p.max_disagreement_mm + p.sigma * sd_mm
         ):
             yield Flag(
                 "neighbours-disagree",

@@ -31,8 +31,8 @@ def before() -> Poses:
     }
 
 
-def codes(before: Poses, after: Poses) -> list[str]:
-    return [flag.code for flag in plausibility_flags(before, after, "L1")]
+def codes(before: Poses, after: Poses, reference: str = "L1") -> list[str]:
+    return [flag.code for flag in plausibility_flags(before, after, reference)]
 
 
 def test_a_turned_rig_raises_nothing(before: Poses) -> None:
@@ -95,6 +95,22 @@ def test_neighbours_that_turn_by_forty_degrees_are_flagged(before: Poses) -> Non
 def test_a_marker_that_moved_alone_disagrees_with_its_neighbours(before: Poses) -> None:
     after = before | {"T9": moved(before["T9"], turn(0, 0, 29), before["T9"].position_mm)}
     assert codes(before, after) == ["neighbours-disagree"]
+
+
+def test_neighbours_may_disagree_by_more_the_farther_they_are(before: Poses) -> None:
+    # The middle one of three turns: limits are 20 degrees between T9 and L1, and 58 degrees between T4 and L4.
+    renamed = {"T4": before["T9"], "T11": before["T11"], "L4": before["L1"]}
+    middle = before["T11"]
+    flagged = []
+    for degrees in (35, 75):
+        turned = {"T11": moved(middle, turn(0, degrees, 0), middle.position_mm)}
+        flagged.append(
+            [
+                "neighbours-disagree" in codes(poses, poses | turned, reference)
+                for poses, reference in ((before, "L1"), (renamed, "L4"))
+            ]
+        )
+    assert flagged == [[True, False], [True, True]]
 
 
 def test_uncertain_poses_raise_nothing(before: Poses) -> None:
