@@ -244,10 +244,12 @@ def _count_attribution(
     levels: tuple[str, ...] = (part.subject,)
     for curve in curves:
         if curve.name == part.subject:
-            levels = (curve.apex,) if part.quantity == "apical-translation" else (curve.upper, curve.lower)
+            apical = part.quantity == "apical-translation" and curve.apex is not None
+            levels = (curve.apex,) if apical else (curve.upper, curve.lower)
     measured = all(after.marked[after.index(level)] for level in levels)
     status = (MeasureStatus.MEASURED if measured else MeasureStatus.BRACKETED).value
-    for name in ("total", "rotation", "distraction"):
+    parts = ("total", "rotation", "distraction")
+    for name in (*parts, "remainder") if part.quantity == "cobb-fixed" else parts:
         share, true = getattr(part, name), getattr(truth, name)
         inside = share.lower <= true.value <= share.upper
         tally = found.tallies["attribution", f"{part.quantity}: {name}", status]

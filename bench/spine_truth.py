@@ -77,13 +77,23 @@ def true_ends(poses: SpinePoses, near: Sequence[float]) -> tuple[int, ...]:
 
 
 def true_reselected(poses: SpinePoses, curves: Sequence[Curve], name: str) -> float:
-    """Return the Cobb angle at the most tilted vertebrae of a curve, from the apex above to the apex below, degrees."""
+    """Return the Cobb angle at the most tilted vertebrae of a curve, from the apex above to the apex below, degrees.
+
+    The curve is convex to the side to which it is between its end vertebrae of the baseline.
+    """
     coronal = coronal_tilts_deg(poses)
-    bounds = [0, *(LEVELS.index(curve.apex) for curve in curves), len(LEVELS) - 1]
+    apices = [
+        LEVELS.index(curve.upper) + 0.5 if curve.apex is None else LEVELS.index(curve.apex)
+        for curve in curves
+    ]
+    bounds = [0, *apices, len(LEVELS) - 1]
     number = [curve.name for curve in curves].index(name)
     above, apex, below = bounds[number : number + 3]
-    sign = 1.0 if curves[number].side == "right" else -1.0
-    return float(sign * (np.max(sign * coronal[apex : below + 1]) - np.min(sign * coronal[above : apex + 1])))
+    level, curve = np.arange(len(LEVELS)), curves[number]
+    upper, lower = coronal[(above <= level) & (level < apex)], coronal[(apex < level) & (level <= below)]
+    if coronal[LEVELS.index(curve.lower)] >= coronal[LEVELS.index(curve.upper)]:
+        return float(np.max(lower) - np.min(upper))
+    return float(np.min(lower) - np.max(upper))
 
 
 def _twist(R: Float) -> float:

@@ -34,17 +34,21 @@ _CURVES = """\
 
 Curves are those of the baseline stage, between its most cranial and its most caudal marker. End vertebrae are the
 extremes of phi. Between all turning points of phi, the smallest swing is removed until each swing left is a curve:
-at least {min_cobb_deg:g} degrees (SRS), {min_cobb_deviations:g} of its standard deviations and three vertebrae.
+at least {min_cobb_deg:g} degrees (SRS) and {min_cobb_deviations:g} of its standard deviations.
 The largest swing is reported even when it is smaller. The apex is the vertebra farthest to the convex side from the
-line between the end vertebrae. Tilts and displacements are first smoothed as far as their errors require: least
+line between the end vertebrae. A sharp curve may lie between two neighbours: it has a Cobb angle, but none of the
+measures of an apex. The side is not known where the 95% interval of the Cobb angle holds zero; the apex is then the
+vertebra farthest to either side. Tilts and displacements are first smoothed as far as their errors require: least
 squares with their third differences as observations of zero with a deviation of {tilt_roughness_deg:g} degrees and
-{offset_roughness_mm:g} mm. Without errors nothing is smoothed. An end vertebra at the end of the span is an open
-end: the curve may go on beyond.
+{offset_roughness_mm:g} mm. A step between two neighbours that exceeds 4 deviations of such noise and roughness is kept.
+Without errors nothing is smoothed. An end vertebra at the end of the span is an open end: the curve may go on beyond.
 
 The end vertebrae of the re-selected Cobb angle are the extremes of the smoothed tilts at each stage, after
 {reselection_deviations:g} of its deviation has been taken from each; the angle is the difference of their measured
-tilts. An interpolated vertebra that may be tilted more brackets the angle. The deviation includes what is expected to
-be lost where others are tilted more. If several neighbours are tilted nearly alike, the angle between the end
+tilts. It is convex to the side that the curve is convex to at that stage between its end vertebrae of the baseline, so
+that a curve that went past zero changes its sign. Where that side is not known and the other one has other end
+vertebrae, the angle between those brackets it. An interpolated vertebra that may be tilted more brackets the angle. The
+deviation includes what is expected to be lost where others are tilted more. If several neighbours are tilted nearly alike, the angle between the end
 vertebrae is exaggerated by up to half its deviation.
 
 ## Status
@@ -54,9 +58,10 @@ _STATUSES = {
     MeasureStatus.MEASURED: "every vertebra that the measure needs has a marker at this stage, or is known from the"
     " initial configuration at the baseline, unless that is a generic spine",
     MeasureStatus.BRACKETED: "at least one of them is interpolated, or one of a generic spine without a marker: the"
-    " interval contains the values by other"
-    " interpolations (slerp and spline of the absolute orientation, slerp of the change), widened by the deviation",
-    MeasureStatus.NOT_MEASURED: "there is a reason instead of a value",
+    " interval contains the values by other interpolations (slerp and spline of the absolute orientation, slerp of the"
+    " change), widened by the deviation. A re-selected Cobb angle also if other vertebrae may be its ends",
+    MeasureStatus.NOT_MEASURED: "there is a reason instead of a value. What the reference vertebra has by definition is"
+    " not measured either: its displacement, and where it is an apex its rotation after the baseline and changes",
 }
 
 _TAIL = """\
@@ -94,8 +99,8 @@ Shapley value, the effect of each averaged over all orders of the causes:
 - `distraction`: change of the size, which is straightening or distraction;
 - `remainder`: change of the common tilt. It is small.
 
-The three add up to the change. When the plane is not determined at one of the stages, or its own deviation is
-above {max_azimuth_sd_deg:g} degrees, only the total is given: the deviations of the parts are of first order.
+The three add up to the change, and each has its deviation and interval. When the plane is not determined at one of
+the stages, or its own deviation is above {max_azimuth_sd_deg:g} degrees, only the total is given: the deviations of the parts are of first order.
 
 **Lateral displacement of a vertebra**, and the apical translation of a curve as that of its apex. The way from the
 reference vertebra goes along the vertebrae that are marked at both stages. For a segment of length l and direction

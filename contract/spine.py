@@ -82,7 +82,10 @@ class VertebraState(PoseFields):
     ] = None
     bracketed_reason: Annotated[str | None, Field(description="Why they are bracketed.")] = None
     position_reason: Annotated[
-        str | None, Field(description="Why its position and displacement have no error: it is the origin.")
+        str | None, Field(description="Why its position has no error: it is the origin.")
+    ] = None
+    not_measured_reason: Annotated[
+        str | None, Field(description="Why one of them is not measured, although there is a pose.")
     ] = None
 
     @classmethod
@@ -101,6 +104,8 @@ class VertebraState(PoseFields):
                 fields["status"] = max(value.status, fields.get("status", value.status), key=_DOUBT.index)
                 if value.status is MeasureStatus.BRACKETED:
                     fields["bracketed_reason"] = value.reason
+                elif value.status is MeasureStatus.NOT_MEASURED:
+                    fields["not_measured_reason"] = value.reason
         unknown = dict.fromkeys(name for names in _FIELDS.values() for name in names)
         poses, covariances = configuration.poses, configuration.covariances()
         states = []
@@ -125,13 +130,30 @@ class Curve(Schema):
 
     name: Annotated[str, Field(description="Name of the curve.", examples=["curve 1"])]
     upper: Annotated[Vertebra, Field(description="Upper end vertebra.")]
-    apex: Annotated[Vertebra, Field(description="Vertebra farthest from the line between the end vertebrae.")]
+    apex: Annotated[
+        Vertebra | None,
+        Field(
+            description="Vertebra between the end vertebrae that is farthest from the line between them; null if none"
+            " lies between."
+        ),
+    ]
     lower: Annotated[Vertebra, Field(description="Lower end vertebra.")]
-    side: Annotated[str, Field(description="Side of the convexity: right or left.")]
+    side: Annotated[
+        str | None,
+        Field(
+            description="Side of the convexity: right or left; null where it is not known, because the 95% interval of"
+            " the Cobb angle holds zero."
+        ),
+    ]
     open_ends: Annotated[
         Names,
         Field(description="End vertebrae at the end of the measured span: the curve may go on beyond."),
     ]
+
+    @property
+    def vertebrae(self) -> tuple[str, ...]:
+        """The upper end vertebra, the apex if there is one, and the lower end vertebra."""
+        return tuple(level for level in (self.upper, self.apex, self.lower) if level is not None)
 
 
 class MeasureValue(Schema):
@@ -236,10 +258,13 @@ class Attribution(Schema):
     total: Annotated[Share, Field(description="The change.")]
     rotation: Annotated[Share, Field(description="The part that came with rotation.")]
     distraction: Annotated[Share, Field(description="The part that came with distraction.")]
-    remainder: Annotated[Known, Field(description="What the two parts leave of the total.")]
+    remainder: Annotated[
+        Known,
+        Field(description="What the two parts leave of the total; exactly zero for a displacement."),
+    ]
     reason: Annotated[
         str | None,
-        Field(description="Why the change is bracketed, or why it or its parts are not measured."),
+        Field(description="Why the change is bracketed, and why it or its parts are not measured."),
     ]
     levels: Annotated[
         Names,
@@ -261,6 +286,15 @@ class Attribution(Schema):
             description="Whether it depends on an assumed initial configuration; null in results of earlier versions."
         ),
     ] = None
+    remainder_sd: Annotated[
+        Known, Field(description="Standard deviation of the remainder; null in results of earlier versions.")
+    ] = None
+    remainder_interval: Interval = None
+
+    @property
+    def remainder_share(self) -> Share:
+        """The remainder as a part of the change, with deviation and interval."""
+        return Share(value=self.remainder, sd=self.remainder_sd, interval=self.remainder_interval)
 
     @classmethod
     def of(cls, attribution: spinewatch.spine.results.Attribution) -> Attribution:
@@ -272,7 +306,9 @@ class Attribution(Schema):
             total=Share.of(attribution.total),
             rotation=Share.of(attribution.rotation),
             distraction=Share.of(attribution.distraction),
-            remainder=attribution.remainder,
+            remainder=attribution.remainder.value,
+            remainder_sd=attribution.remainder.sd,
+            remainder_interval=_interval(attribution.remainder.lower, attribution.remainder.upper),
             reason=attribution.reason,
             levels=list(attribution.levels),
             status=attribution.status,

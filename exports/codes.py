@@ -103,6 +103,7 @@ DERIVATIONS: Mapping[str, Code] = MappingProxyType(
             Code("change", "Change since an earlier stage: later less earlier"),
             Code("by-rotation", "Part of the change that came with rotation"),
             Code("by-distraction", "Part of the change that came with distraction"),
+            Code("remainder", "Part of the change that came with neither of the two"),
             Code("remaining", "What remains to the target: target less present"),
         )
     }

@@ -160,8 +160,8 @@ def _vertebra_rows(summary: SurgerySummary, stage: str | None) -> Iterator[Row]:
 
 
 def _reason(state: VertebraState) -> str | None:
-    """Return why a vertebra has no pose, is bracketed, or has a position without an error."""
-    return state.reason or state.bracketed_reason or state.position_reason
+    """Return why a vertebra has no pose or is bracketed, a measure of it is not measured, or its position has no error."""
+    return state.reason or state.bracketed_reason or state.not_measured_reason or state.position_reason
 
 
 def _curve_rows(summary: SurgerySummary, stage: str | None) -> Iterator[Row]:
@@ -219,11 +219,11 @@ def _attribution_rows(summary: SurgerySummary, stage: str | None) -> Iterator[Ro
     for spine in selected_spines(summary, stage):
         for change in _changes(spine):
             for item in change.attribution:
-                shares = [number for part in (item.total, item.rotation, item.distraction) for number in
-                          _in_unit(item.unit, _share(part))]  # fmt: skip
+                parts = (item.total, item.rotation, item.distraction, item.remainder_share)
+                shares = [number for part in parts for number in _in_unit(item.unit, _share(part))]
                 yield [
                     spine.stage, spine.take, change.since.name, item.subject, item.quantity, " ".join(item.levels),
-                    *shares, *_in_unit(item.unit, [item.remainder]),
+                    *shares,
                     None if item.status is None else item.status.value, item.assumed, item.reason,
                 ]  # fmt: skip
 
@@ -304,8 +304,8 @@ _WRITERS: Mapping[str, tuple[list[str], _Rows]] = {
     ),
     "attribution": (
         ["stage", "take", "since_stage", "subject", "definition", "levels", *_value_columns("total"),
-         *_value_columns("rotation"), *_value_columns("distraction"),
-         *(f"remainder_{unit}" for unit in _UNITS), "status", "assumed", "reason"],
+         *_value_columns("rotation"), *_value_columns("distraction"), *_value_columns("remainder"), "status",
+         "assumed", "reason"],
         _attribution_rows,
     ),
     "remaining": (

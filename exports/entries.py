@@ -233,8 +233,8 @@ def _measures_of(state: VertebraState) -> Iterator[Entry]:
             entry = replace(entry, interval=_ends(intervals[code]) or entry.interval)
             if state.status is MeasureStatus.BRACKETED:
                 entry = replace(entry, status=state.status.value, reason=state.bracketed_reason)
-        if code == lateral and state.position_reason is not None:
-            entry = replace(entry, reason=state.position_reason)
+        else:
+            entry = replace(entry, reason=state.reason or state.not_measured_reason)
         yield entry
 
 
@@ -290,9 +290,15 @@ def _of_change(moved: VertebraChange) -> dict[str, Number]:
 
 
 def _shares(part: Attribution, kind: str, since: str) -> Iterator[Entry]:
-    """Yield the parts of a change; nothing says that one without a status was measured."""
+    """Yield the parts of a change, but no remainder that is exactly zero.
+
+    Nothing says that a part without a status was measured.
+    """
     status = (part.status or MeasureStatus.BRACKETED).value
-    for derivation, share in (("by-rotation", part.rotation), ("by-distraction", part.distraction)):
+    shares = [("by-rotation", part.rotation), ("by-distraction", part.distraction)]
+    if part.remainder != 0:
+        shares.append(("remainder", part.remainder_share))
+    for derivation, share in shares:
         known = share.value is not None
         yield Entry(
             part.subject, kind, part.quantity, part.unit, share.value, share.sd if known else None,

@@ -3,7 +3,8 @@
 Coordinates are LPS, mm: left, posterior and superior of the spine's frame. Per stage there is a point list ``STAGE
 vertebrae`` with every centroid, which carries all measures; per curve the superior end plate of its upper end vertebra
 and the inferior one of its lower end vertebra as lines, and the Cobb angle as an angle between the normals of the two,
-drawn in the coronal plane at the apex. End plates have nominal sizes; only their directions are measured.
+drawn in the coronal plane at the apex, or between end vertebrae that are neighbours. End plates have nominal sizes;
+only their directions are measured.
 
 References
 ----------
@@ -133,13 +134,14 @@ def _cobb_angle(
 ) -> Document | None:
     between = [states.get(level) for level in (curve.upper, curve.lower)]
     normals = [_coronal_normal(state) for state in between if state is not None]
-    apex = states.get(curve.apex)
-    if len(normals) != 2 or apex is None or apex.position_mm is None:
+    middle = [states.get(curve.apex)] if curve.apex is not None else between
+    known = [state.position_mm for state in middle if state is not None and state.position_mm is not None]
+    if len(normals) != 2 or len(known) != len(middle):
         return None
     upper, lower = normals
     if upper is None or lower is None:
         return None
-    vertex = np.array(apex.position_mm)
+    vertex = np.mean(known, axis=0)
     places = [vertex + _ARM_MM * upper, vertex, vertex + _ARM_MM * lower]
     labels = [f"{curve.upper} normal", "Cobb", f"{curve.lower} normal"]
     points = [

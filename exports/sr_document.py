@@ -186,7 +186,7 @@ def _groups(
     for entry in entries(stage.spine):
         subjects.setdefault((entry.kind, entry.subject), []).append(entry)
     texts = [("frame", stage.spine.frame), ("reference-line", stage.spine.reference_line), *flags]
-    sites = {curve.name: (curve.upper, curve.apex, curve.lower) for curve in stage.spine.curves}
+    sites = {curve.name: curve.vertebrae for curve in stage.spine.curves}
     for (kind, name), members in subjects.items():
         levels = sites.get(name, (name,) if kind == "vertebra" else ())
         yield _group(

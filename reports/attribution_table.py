@@ -26,7 +26,7 @@ class AttributionTable:
     """
 
     title: str
-    rows: tuple[tuple[str, str, Cell, Cell, Cell, str], ...]
+    rows: tuple[tuple[str, str, Cell, Cell, Cell, Cell], ...]
     notes: tuple[str, ...]
 
 
@@ -52,7 +52,7 @@ def attribution_table(stage: str, change: SpineChange) -> AttributionTable:
             _share(part.total, part),
             _share(part.rotation, part),
             _share(part.distraction, part),
-            amount(part.remainder, part.unit, signed=True),
+            _share(part.remainder_share, part),
         )
         for part in change.attribution
     )

@@ -388,5 +388,5 @@ def _outlined(spine: StageSpine, states: Sequence[VertebraState], side: Side) ->
     levels = [state.vertebra for state in states]
     if side is not Side.TOP:
         return frozenset(levels)
-    named = {level for curve in spine.curves for level in (curve.upper, curve.apex, curve.lower)}
+    named = {level for curve in spine.curves for level in curve.vertebrae}
     return frozenset(named or {*levels[:1], *levels[-1:]})

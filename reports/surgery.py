@@ -137,7 +137,7 @@ def _curves(shown: Sequence[StageSpine]) -> list[CurveHeadlines]:
     first, last = shown[0], shown[-1]
     found = [
         CurveHeadlines(
-            f"{curve.name}: {curve.upper}–{curve.lower}, apex {curve.apex}, convex to the {curve.side}",
+            f"{curve.name}: {curve.upper}–{curve.lower}, {_form(curve)}",
             _open_ends(curve),
             headlines(first, last, curve.name, _OF_CURVES),
         )
@@ -145,6 +145,12 @@ def _curves(shown: Sequence[StageSpine]) -> list[CurveHeadlines]:
     ]
     whole = headlines(first, last, None, _OF_SPINE)
     return [*found, CurveHeadlines("Whole spine", "", whole)] if whole else found
+
+
+def _form(curve: Curve) -> str:
+    apex = "no vertebra between them" if curve.apex is None else f"apex {curve.apex}"
+    side = "side of the convexity not known" if curve.side is None else f"convex to the {curve.side}"
+    return f"{apex}, {side}"
 
 
 def _open_ends(curve: Curve) -> str:

@@ -18,6 +18,7 @@ from spinewatch.spine.evaluation import (
     bracketed_levels,
     evaluate,
     missing_reason,
+    no_apex,
     no_marker,
 )
 from spinewatch.spine.measure_parameters import MeasureParameters
@@ -28,6 +29,7 @@ from spinewatch.spine.uncertainty import common_factors, errors_of, gradient, no
 
 _NAN = float("nan")
 _UNKNOWN = Share(_NAN, _NAN, _NAN, _NAN)
+_NOTHING = Share(0.0, 0.0, 0.0, 0.0)
 
 
 def attribute(
@@ -107,7 +109,7 @@ def _curve(
             of_rotations(R[:, :, 0], np.concatenate([b.rotation[levels[0]], a.rotation[levels[1]]]))
             for b, a in _alternatives(before, after)
         ]
-    total, rotation, distraction, _ = _shares(np.array(values), np.linalg.norm(errors, axis=1))
+    total, rotation, distraction, tilt = _shares(np.array(values), np.linalg.norm(errors, axis=1))
     status, open_ends = _determined(ends, [bracketed_levels(stage) for stage in stages])
     of_total = (ends, status, assumed)
     plane = MeasureRequest("plane-of-maximum-curvature", curve.name, ends)
@@ -115,9 +117,9 @@ def _curve(
         found = evaluate(plane, stage, f, bracketed_levels(stage))
         reason = plane_reason(plane, found, parameters) or _linear_reason(found, parameters)
         if reason is not None:
-            reason = f"at the {name} stage {reason}"
-            return Attribution(curve.name, "cobb-fixed", total, _UNKNOWN, _UNKNOWN, _NAN, reason, *of_total)
-    tilt = float(values[0][3])
+            reasons = (open_ends, f"at the {name} stage {reason}")
+            both = "; ".join(one for one in reasons if one is not None)
+            return Attribution(curve.name, "cobb-fixed", total, _UNKNOWN, _UNKNOWN, _UNKNOWN, both, *of_total)
     return Attribution(curve.name, "cobb-fixed", total, rotation, distraction, tilt, open_ends, *of_total)
 
 
@@ -134,6 +136,8 @@ def _linear_reason(plane: Evaluation, parameters: MeasureParameters) -> str | No
 def _apex(curve: Curve, by_name: dict[str, Attribution], reference: str, *, assumed: bool) -> Attribution:
     """Return the attribution of the change of a curve's apical translation: that of the apex."""
     quantity = "apical-translation"
+    if curve.apex is None:
+        return _without(curve.name, quantity, no_apex(curve), (curve.upper, curve.lower), assumed=assumed)
     if curve.apex == reference:
         reason = f"the apex {reference} is the reference vertebra"
         return _without(curve.name, quantity, reason, (reference,), assumed=assumed)
@@ -188,8 +192,7 @@ def _vertebrae(
         status, reason = _determined((name,), bracketed)
         values = [found.shares_mm[i], *(other[i] for other in others if reason is not None)]
         total, rotation, distraction = _shares(np.array(values), sds[i])
-        remainder = float(found.shares_mm[i, 0] - found.shares_mm[i, 1] - found.shares_mm[i, 2])
-        parts = (total, rotation, distraction, remainder)
+        parts = (total, rotation, distraction, _NOTHING)
         attributions.append(Attribution(name, quantity, *parts, reason, (name,), status, assumed))
     return tuple(attributions)
 
@@ -243,5 +246,5 @@ def _without(
     subject: str, quantity: str, reason: str, levels: tuple[str, ...], *, assumed: bool
 ) -> Attribution:
     """Return an attribution without numbers."""
-    unknown = (_UNKNOWN, _UNKNOWN, _UNKNOWN, _NAN)
+    unknown = (_UNKNOWN,) * 4
     return Attribution(subject, quantity, *unknown, reason, levels, MeasureStatus.NOT_MEASURED, assumed)

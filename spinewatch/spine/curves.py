@@ -8,14 +8,12 @@ import numpy as np
 
 from spinewatch.arrays import Float, Int
 from spinewatch.spine.configuration import SpineConfiguration
+from spinewatch.spine.measure_functions import cobb_angle
 from spinewatch.spine.measure_parameters import MeasureParameters
 from spinewatch.spine.orientation import tilt_gradients, tilts_of
 from spinewatch.spine.results import Curve
 from spinewatch.spine.smoothing import smoothed
-from spinewatch.spine.uncertainty import common_factors
-
-_MIN_STEPS = 2
-"""A curve has an apex between its end vertebrae."""
+from spinewatch.spine.uncertainty import common_factors, normal_interval
 
 
 def measured_span(configuration: SpineConfiguration) -> Int:
@@ -74,7 +72,8 @@ def find_curves(
     End vertebrae are the extremes of the coronal tilt along the spine. From all turning points of the tilt, smoothed as
     far as its errors require, the smallest swing is removed until every swing left is a curve. The apex is the vertebra
     farthest to the convex side from the line between the end vertebrae. Which vertebrae are chosen hardly depends on
-    the errors of their own tilts, so that the Cobb angle between them is not exaggerated.
+    the errors of their own tilts, so that the Cobb angle between them is not exaggerated. A curve whose end vertebrae
+    are neighbours has its apex at their disc.
 
     Parameters
     ----------
@@ -86,13 +85,14 @@ def find_curves(
     Returns
     -------
     tuple of Curve
-        The curves, cranial first; only the largest one if none is large enough; empty if there is none of three or
-        more vertebrae.
+        The curves, cranial first; only the largest one if none is large enough; empty if fewer than three vertebrae
+        have a pose.
 
     References
     ----------
-    Scoliosis Research Society, Revised Glossary of Terms (2000): end vertebrae as the most tilted ones, curves from 10
-    degrees. Removal of the smallest swing: four-point counting of turning points, ASTM E1049 section 5.4.4.
+    Scoliosis Research Society, Revised Glossary of Terms (2000): end vertebrae as the most tilted ones, the apex a
+    vertebra or a disc, curves from 10 degrees. Removal of the smallest swing: four-point counting of turning points,
+    ASTM E1049 section 5.4.4.
     """
     parameters = parameters or MeasureParameters()
     span = measured_span(configuration)
@@ -103,38 +103,20 @@ def find_curves(
     tilts, covariance = smoothed(tilts, errors @ errors.T, parameters.tilt_roughness_deg)
     ends = _swings(tilts, covariance, parameters)
     return tuple(
-        _curve(
-            configuration,
-            factor,
-            span,
-            (upper, lower),
-            float(tilts[lower] - tilts[upper]),
-            number,
-            parameters,
-        )
+        _curve(configuration, factor, span, (upper, lower), f"curve {number}", parameters)
         for number, (upper, lower) in enumerate(pairwise(ends), start=1)
-        if lower - upper >= _MIN_STEPS
     )
 
 
 def _swings(tilts: Float, covariance: Float, parameters: MeasureParameters) -> list[int]:
     """Return the turning points of tilts between which each swing is a curve, or the largest swing."""
-    signs = np.sign(np.diff(tilts))
-    turns = [
-        0,
-        *(i for i in range(1, len(tilts) - 1) if signs[i] != signs[i - 1] and signs[i]),
-        len(tilts) - 1,
-    ]
+    turns = _turning_points(tilts)
     while len(turns) > 2:
         upper, lower = np.array(turns[:-1]), np.array(turns[1:])
         size = np.abs(tilts[lower] - tilts[upper])
-        for end in (0, -1):
-            if lower[end] - upper[end] < _MIN_STEPS:
-                size[end] = 0.0
         variance = covariance[lower, lower] + covariance[upper, upper] - 2 * covariance[lower, upper]
         sd = np.sqrt(np.maximum(variance, 0.0))
-        least = np.maximum(parameters.min_cobb_deg, parameters.min_cobb_deviations * sd)
-        small = (size < least) | (size == 0.0)
+        small = size < np.maximum(parameters.min_cobb_deg, parameters.min_cobb_deviations * sd)
         if not small.any():
             break
         k = int(np.argmin(np.where(small, size, np.inf)))
@@ -147,33 +129,67 @@ def _swings(tilts: Float, covariance: Float, parameters: MeasureParameters) -> l
     return turns
 
 
+def _turning_points(tilts: Float) -> list[int]:
+    """Return the first place of tilts, those where they turn, and the last; of equal ones the most caudal."""
+    steps = np.diff(tilts)
+    moves = np.flatnonzero(steps)
+    turns = [int(after) for before, after in pairwise(moves) if steps[before] * steps[after] < 0]
+    return [0, *turns, len(tilts) - 1]
+
+
 def _curve(
     configuration: SpineConfiguration,
     factor: Float,
     span: Int,
     ends: tuple[int, int],
-    cobb_deg: float,
-    number: int,
+    name: str,
     parameters: MeasureParameters,
 ) -> Curve:
     """Return the curve between two places of the span."""
     names = [configuration.levels[i] for i in span]
-    c = configuration.poses.position_mm[span]
-    y_errors = factor[span, 1]
-    c = c.copy()
-    c[:, 1] = smoothed(c[:, 1], y_errors @ y_errors.T, parameters.offset_roughness_mm)[0]
     upper, lower = ends
-    chord = c[lower] - c[upper]
-    arm = c[upper + 1 : lower] - c[upper]
-    along = arm @ chord / (chord @ chord)
-    side = 1.0 if cobb_deg >= 0 else -1.0
-    offset = -side * (arm[:, 1] - along * chord[1])
-    apex = upper + 1 + int(np.argmax(offset))
+    side = _side(configuration, factor, span[upper], span[lower])
     return Curve(
-        name=f"curve {number}",
+        name=name,
         upper=names[upper],
-        apex=names[apex],
+        apex=_apex(configuration, factor, span, ends, side, parameters),
         lower=names[lower],
-        side="right" if side > 0 else "left",
+        side=side,
         open_ends=tuple(names[end] for end in ends if end in (0, len(names) - 1)),
     )
+
+
+def _side(configuration: SpineConfiguration, factor: Float, upper: int, lower: int) -> str | None:
+    """Return the side of the convexity between two vertebrae, None if the interval of their Cobb angle holds zero."""
+    _, errors = coronal_tilts(configuration, factor, np.array([upper, lower]))
+    by_interpolation = [
+        cobb_angle(poses.rotation[upper], poses.rotation[lower])
+        for poses in (configuration.poses, *configuration.alternatives)
+    ]
+    known = np.array([value for value in by_interpolation if not np.isnan(value)])
+    least, most = normal_interval(known, float(np.linalg.norm(errors[1] - errors[0])))
+    if least <= 0.0 <= most:
+        return None
+    return "right" if least > 0 else "left"
+
+
+def _apex(
+    configuration: SpineConfiguration,
+    factor: Float,
+    span: Int,
+    ends: tuple[int, int],
+    side: str | None,
+    parameters: MeasureParameters,
+) -> str | None:
+    """Return the vertebra between two places of the span that is farthest to a side, or to either if None is known."""
+    upper, lower = ends
+    if lower - upper == 1:
+        return None
+    c = configuration.poses.position_mm[span].copy()
+    y_errors = factor[span, 1]
+    c[:, 1] = smoothed(c[:, 1], y_errors @ y_errors.T, parameters.offset_roughness_mm)[0]
+    chord = c[lower] - c[upper]
+    arm = c[upper + 1 : lower] - c[upper]
+    to_the_left = arm[:, 1] - arm @ chord / (chord @ chord) * chord[1]
+    offset = {"right": -to_the_left, "left": to_the_left, None: np.abs(to_the_left)}[side]
+    return configuration.levels[span[upper + 1 + int(np.argmax(offset))]]

@@ -50,8 +50,8 @@ _DEFINITIONS: tuple[MeasureDefinition, ...] = (
         id="cobb-reselected",
         name="Cobb angle, end vertebrae selected again",
         unit="deg",
-        formula="phi_lower - phi_upper at the extremes of phi: upper from the apex of the curve above to the own apex,"
-        " lower from there to the apex of the curve below (apices of the baseline)",
+        formula="phi_lower - phi_upper at the extremes of phi: upper above the own apex, up to the apex of the curve"
+        " above; lower below it, down to the apex of the curve below (apices of the baseline)",
         sign="convex to the right",
         reference="Cobb 1948, in the coronal plane, at the most tilted vertebrae of each stage; these are selected in"
         " smoothed tilts, because the most tilted of several vertebrae with errors is tilted too much",

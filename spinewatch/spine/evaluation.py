@@ -32,11 +32,14 @@ class MeasureRequest:
         Name of the curve that it belongs to, or None.
     levels
         Names of the vertebrae, cranial first.
+    reason
+        Why it cannot be measured at any stage; None if it can.
     """
 
     definition: str
     curve: str | None
     levels: tuple[str, ...]
+    reason: str | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,17 +95,37 @@ def curve_requests(curve: Curve) -> tuple[MeasureRequest, ...]:
     tuple of MeasureRequest
         The measures in the order of the report.
     """
-    ends, apex = (curve.upper, curve.lower), (curve.apex,)
-    levels = {
-        "cobb-fixed": ends,
-        "apical-rotation": apex,
-        "apical-rotation-projected": apex,
-        "apical-translation": apex,
-        "ferguson": (curve.upper, curve.apex, curve.lower),
-        "angle-3d": ends,
-        "plane-of-maximum-curvature": ends,
-    }
-    return tuple(MeasureRequest(definition, curve.name, names) for definition, names in levels.items())
+    ends = (curve.upper, curve.lower)
+    apex, all_three, reason = ends, ends, None
+    if curve.apex is None:
+        reason = no_apex(curve)
+    else:
+        apex, all_three = (curve.apex,), (curve.upper, curve.apex, curve.lower)
+    return (
+        MeasureRequest("cobb-fixed", curve.name, ends),
+        MeasureRequest("apical-rotation", curve.name, apex, reason),
+        MeasureRequest("apical-rotation-projected", curve.name, apex, reason),
+        MeasureRequest("apical-translation", curve.name, apex, reason),
+        MeasureRequest("ferguson", curve.name, all_three, reason),
+        MeasureRequest("angle-3d", curve.name, ends),
+        MeasureRequest("plane-of-maximum-curvature", curve.name, ends),
+    )
+
+
+def no_apex(curve: Curve) -> str:
+    """Return the reason why a curve has no apex.
+
+    Parameters
+    ----------
+    curve
+        The curve, whose end vertebrae are neighbours.
+
+    Returns
+    -------
+    str
+        A clause.
+    """
+    return f"no vertebra lies between {curve.upper} and {curve.lower}, so that none is the apex"
 
 
 def spine_requests(baseline: SpineConfiguration, parameters: MeasureParameters) -> tuple[MeasureRequest, ...]:
@@ -183,9 +206,14 @@ def evaluate(
     """
     formula = FORMULAS[request.definition]
     names = request.levels
+    reason = request.reason
     if formula.from_line and configuration.reference in configuration.levels:
+        if names == (configuration.reference,):
+            reason = f"{configuration.reference} is the reference vertebra, which it is measured from"
         names = (*names, configuration.reference or "")
-    reason = missing_reason(configuration, names, positions=formula.positions, rotations=formula.rotations)
+    reason = reason or missing_reason(
+        configuration, names, positions=formula.positions, rotations=formula.rotations
+    )
     if reason is not None:
         none = np.full(1, np.nan)
         return Evaluation(none, np.full(factor.shape[2], np.nan), MeasureStatus.NOT_MEASURED, reason)
@@ -216,6 +244,28 @@ def evaluate(
     if request.definition == "plane-of-maximum-curvature":
         return Evaluation(values, errors, status, reason, vector=_difference(c, turned, factor[levels]))
     return Evaluation(values, errors, status, reason)
+
+
+def held_reason(request: MeasureRequest, configuration: SpineConfiguration) -> str | None:
+    """Return why a measure of the reference vertebra alone says nothing of its motion; None for every other measure.
+
+    Parameters
+    ----------
+    request
+        The measure.
+    configuration
+        The spine at a stage.
+
+    Returns
+    -------
+    str or None
+        A clause.
+    """
+    if request.levels != (configuration.reference,):
+        return None
+    return (
+        f"{configuration.reference} is the reference vertebra, which is held as it was at the baseline stage"
+    )
 
 
 def no_marker(levels: list[str]) -> str:

@@ -15,6 +15,7 @@ from spinewatch.spine.evaluation import (
     bracketed_levels,
     curve_requests,
     evaluate,
+    held_reason,
     spine_requests,
 )
 from spinewatch.spine.measure_functions import wrapped
@@ -63,6 +64,9 @@ def measure_changes(
     assumed = before.assumed or after.assumed
 
     def changed(request: MeasureRequest) -> MeasureValue:
+        held = held_reason(request, baseline)
+        if held is not None:
+            return not_measured(request, held, assumed=assumed)
         start, end = (
             evaluate(request, stage, factor, open_levels)
             for stage, factor, open_levels in zip(stages, factors, bracketed, strict=True)
@@ -91,6 +95,8 @@ def _change(
     parameters: MeasureParameters,
 ) -> MeasureValue:
     """Return the change of a measure."""
+    if request.reason is not None:
+        return not_measured(request, request.reason, assumed=assumed)
     for name, found in (("earlier", before), ("later", after)):
         reason = found.reason if found.status is MeasureStatus.NOT_MEASURED else None
         reason = reason or plane_reason(request, found, parameters)

@@ -15,6 +15,7 @@ from spinewatch.spine.evaluation import (
     bracketed_levels,
     curve_requests,
     evaluate,
+    held_reason,
     spine_requests,
 )
 from spinewatch.spine.measure_parameters import MeasureParameters
@@ -61,6 +62,9 @@ def measure_spine(
     bracketed = bracketed_levels(configuration)
 
     def measured(request: MeasureRequest) -> MeasureValue:
+        held = None if configuration is baseline else held_reason(request, configuration)
+        if held is not None:
+            return not_measured(request, held, assumed=configuration.assumed)
         found = evaluate(request, configuration, factor, bracketed)
         return stage_value(request, found, assumed=configuration.assumed, parameters=parameters)
 
@@ -71,7 +75,7 @@ def measure_spine(
         first, *others = curve_requests(curve)
         measures += [measured(first), again, *map(measured, others)]
     if not curves:
-        reason = "there is no curve of three or more vertebrae at the baseline stage"
+        reason = "fewer than three vertebrae have a pose at the baseline stage, too few for a curve"
         measures.append(
             not_measured(MeasureRequest("cobb-fixed", None, ()), reason, assumed=configuration.assumed)
         )
@@ -239,7 +243,8 @@ def evaluate_reselected(
     request : MeasureRequest
         The measure with the vertebrae that were selected.
     found : Evaluation
-        The angle; bracketed also if a candidate has no pose, or no marker and may be tilted more.
+        The angle; bracketed also if a candidate has no pose, or no marker and may be tilted more, and if the side of
+        the convexity is not known.
     """
     ends = reselected_ends(configuration, factor, bracketed, window, parameters)
     levels = (ends.upper, ends.lower) if ends else (curve.upper, curve.lower)
@@ -253,6 +258,12 @@ def evaluate_reselected(
         have = "has no marker at this stage" if len(ends.rivals) == 1 else "have no marker at this stage"
         reasons.append(f"{', '.join(ends.rivals)} {have} and may be tilted more")
         found = replace(found, values=np.append(found.values, found.value + ends.excess_deg))
+    if ends.opposite is not None:
+        other = evaluate(replace(request, levels=ends.opposite), configuration, factor, bracketed)
+        reasons.append(
+            f"the side that the curve is convex to is not known, and {' and '.join(ends.opposite)} may be its ends"
+        )
+        found = replace(found, values=np.append(found.values, other.values))
     absent = candidates_without_pose(configuration, window)
     if absent:
         reasons.append(

@@ -25,19 +25,22 @@ class Curve:
     ----------
     name
         Its name, ``curve 1`` for the most cranial.
-    upper, apex, lower
-        Names of the end vertebrae and of the vertebra farthest from the line between them.
+    upper, lower
+        Names of the end vertebrae.
+    apex
+        Name of the vertebra between them that is farthest from the line between them; None if none lies between: the
+        apex is their disc.
     side
-        Side of the convexity, ``right`` or ``left``.
+        Side of the convexity, ``right`` or ``left``; None if the errors leave it open.
     open_ends
         End vertebrae that are the end of the measured span: the curve may go on beyond.
     """
 
     name: str
     upper: str
-    apex: str
+    apex: str | None
     lower: str
-    side: str
+    side: str | None
     open_ends: tuple[str, ...] = ()
 
 
@@ -168,7 +171,7 @@ class Attribution:
     rotation, distraction
         The two parts.
     remainder
-        What the two parts leave of the total.
+        What the two parts leave of the total; exactly zero for a displacement.
     reason
         Why the change is bracketed, or why it or its parts are not measured; None for measured ones.
     levels
@@ -184,7 +187,7 @@ class Attribution:
     total: Share
     rotation: Share
     distraction: Share
-    remainder: float
+    remainder: Share
     reason: str | None
     levels: tuple[str, ...]
     status: MeasureStatus

@@ -166,7 +166,8 @@ def change(start: int, stage: int) -> SpineChange:
         for name, value in {"total": -23.3, "rotation": -18.0, "distraction": -5.1}.items()
     }
     qualified: dict[str, Any] = {
-        "subject": "curve 1", "remainder": -0.2, "reason": None, "levels": ["T7", "L1"],
+        "subject": "curve 1", "remainder": -0.2, "remainder_sd": 0.1, "remainder_interval": [-0.396, -0.004],
+        "reason": None, "levels": ["T7", "L1"],
         "status": MeasureStatus.MEASURED, "assumed": False,
     }  # fmt: skip
     attribution = Attribution(**shares, **qualified, quantity="cobb-fixed", unit="deg")

@@ -71,6 +71,10 @@ def test_vertebrae_have_the_poses_of_the_configuration_and_their_own_tilts() -> 
         assert state.sagittal_tilt_deg == pytest.approx(np.degrees(np.arctan2(z[0], z[2])))
         assert state.axial_rotation_sd_deg is not None
         from_reference = POST.poses.position_mm[i] - POST.poses.position_mm[POST.index("L1")]
+        if state.vertebra == "L1":
+            assert state.lateral_displacement_mm is None
+            assert "L1 is the reference vertebra" in (state.not_measured_reason or "")
+            continue
         assert state.lateral_displacement_mm == pytest.approx(-from_reference[1])
         # the same distance has the same error, whether it is a position or a displacement
         assert state.position_sd_mm is not None
@@ -90,6 +94,9 @@ def test_the_reference_is_the_origin_without_an_error_and_says_so() -> None:
 def test_vertebrae_have_the_intervals_of_the_library_and_say_where_they_are_bracketed() -> None:
     measures = {(m.levels[0], m.definition): m for m in vertebra_measures(POST)}
     for state in VertebraState.of(POST, measures.values()):
+        if state.vertebra == "L1":  # the reference vertebra, whose displacement is zero by definition
+            assert state.status is MeasureStatus.MEASURED
+            continue
         lateral = measures[state.vertebra, "lateral-displacement"]
         assert state.status is lateral.status
         if state.status is MeasureStatus.NOT_MEASURED:
@@ -192,9 +199,12 @@ def test_a_vertebra_without_motion_is_null_with_a_reason() -> None:
 def test_an_attribution_has_the_unit_of_its_quantity() -> None:
     part = results.Share(1.0, 0.5, 0.0, 2.0)
     qualified = (None, ("T5", "T12"), MeasureStatus.MEASURED, True)
-    given = results.Attribution("curve 1", "cobb-fixed", part, part, part, -1.0, *qualified)
+    given = results.Attribution(
+        "curve 1", "cobb-fixed", part, part, part, results.Share(-1.0, 0.2, -1.4, -0.6), *qualified
+    )
     made = Attribution.of(given)
-    assert (made.unit, made.remainder) == ("deg", -1.0)
+    assert made.unit == "deg"
+    assert made.remainder_share == Share(value=-1.0, sd=0.2, interval=[-1.4, -0.6])
     assert (made.levels, made.status, made.assumed) == (["T5", "T12"], MeasureStatus.MEASURED, True)
     assert made.rotation == Share(value=1.0, sd=0.5, interval=[0.0, 2.0])
 

@@ -146,7 +146,7 @@ def test_attribution_remaining_flags_and_definitions(summary: SurgerySummary) ->
     assert (row["definition"], row["total_deg"], row["rotation_deg"], row["distraction_deg"]) == (
         "cobb-fixed", "-23.3", "-18.0", "-5.1"
     )  # fmt: skip
-    assert (row["remainder_deg"], row["total_mm"]) == ("-0.2", "")
+    assert (row["remainder_deg"], row["remainder_sd_deg"], row["total_mm"]) == ("-0.2", "0.1", "")
     assert one(read(summary, "remaining"), stage="PRE")["axial_deg"] == "-3.0"
     assert read(summary, "flags") == [
         {

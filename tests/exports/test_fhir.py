@@ -137,6 +137,7 @@ def test_only_an_angle_is_coded_as_an_angle_and_what_is_derived_has_a_code_of_it
         ("cobb-fixed.change", "change"),
         ("cobb-fixed.by-rotation", "by-rotation"),
         ("cobb-fixed.by-distraction", "by-distraction"),
+        ("cobb-fixed.remainder", "remainder"),
         ("cobb-fixed.remaining", "remaining"),
     }
     for observation in of_stage(bundle, "POST"):

@@ -7,7 +7,7 @@ def test_attribution_has_intervals_and_a_reason_where_there_is_none() -> None:
     whole = change(0, 2)
     found = attribution_table("POST", whole)
     (subject, quantity, total, rotation, distraction, remainder), apex = found.rows
-    assert (subject, quantity, total.value, rotation.value, distraction.value, remainder) == (
+    assert (subject, quantity, total.value, rotation.value, distraction.value, remainder.value) == (
         "curve 1",
         "cobb-fixed",
         "−23.3°",
@@ -16,6 +16,7 @@ def test_attribution_has_intervals_and_a_reason_where_there_is_none() -> None:
         "−0.2°",
     )
     assert (rotation.interval, rotation.mark) == ("−20.0 to −16.0°", "")
+    assert (remainder.interval, remainder.mark) == ("−0.4 to 0.0°", "")
     assert (apex[1], apex[2].mark, apex[3].mark) == ("apical-translation", "bracketed", "bracketed")
     assert found.notes == ("curve 1: T8 has no marker",)
     nothing = Share(value=None, sd=None, interval=None)

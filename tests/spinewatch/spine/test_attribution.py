@@ -30,7 +30,7 @@ def test_a_rigid_turn_is_rotation_alone() -> None:
     cobb = of(found, "curve 1", "cobb-fixed")
     assert cobb.total.value < -5
     assert cobb.rotation.value == pytest.approx(cobb.total.value)
-    assert (cobb.distraction.value, cobb.remainder) == pytest.approx((0.0, 0.0), abs=1e-9)
+    assert (cobb.distraction.value, cobb.remainder.value) == pytest.approx((0.0, 0.0), abs=1e-9)
     for name in ("L1", "L2", "L3", "L4"):
         vertebra = of(found, name, "lateral-displacement")
         assert vertebra.rotation.value == pytest.approx(vertebra.total.value)
@@ -87,9 +87,10 @@ def test_parts_add_up_with_deviations_and_intervals() -> None:
     assert {a.subject for a in found} == MOVING
     for a in found:
         assert a.reason is None
-        total = a.rotation.value + a.distraction.value + a.remainder
+        total = a.rotation.value + a.distraction.value + a.remainder.value
         assert total == pytest.approx(a.total.value, abs=1e-9)
-        for share in (a.total, a.rotation, a.distraction):
+        whole = (a.total, a.rotation, a.distraction)
+        for share in (*whole, a.remainder) if a.quantity == "cobb-fixed" else whole:
             assert share.sd > 0
             assert share.upper - share.value == pytest.approx(1.959964 * share.sd, rel=1e-6)
             assert share.value - share.lower == pytest.approx(1.959964 * share.sd, rel=1e-6)
@@ -147,8 +148,19 @@ def test_an_undetermined_plane_leaves_the_total() -> None:
     after = replace(tilted([0.0, 1.0, 0.5, 0.0, 0.2]), errors={"triads POST": errors(5)})
     cobb = of(attribute(BENT, after, BENT, "L5"), "curve 1", "cobb-fixed")
     assert cobb.total.value == pytest.approx(-54.8)
-    assert np.isnan([cobb.rotation.value, cobb.distraction.value, cobb.remainder]).all()
+    assert np.isnan([cobb.rotation.value, cobb.distraction.value, cobb.remainder.value]).all()
     assert (cobb.reason or "").startswith("at the later stage L1 and L5 are so nearly parallel")
+
+
+def test_why_a_change_is_bracketed_is_kept_where_the_plane_is_not_determined() -> None:
+    after = replace(tilted([0.0, 1.0, 0.5, 0.0, 0.2]), errors={"triads POST": errors(5)})
+    after = replace(
+        after, origins=(Origin.INTERPOLATED, *after.origins[1:]), marked=(False, *after.marked[1:])
+    )
+    cobb = of(attribute(BENT, after, BENT, "L5"), "curve 1", "cobb-fixed")
+    first, _, second = (cobb.reason or "").partition("; ")
+    assert first == "L1 has no marker at this stage"
+    assert second.startswith("at the later stage")
 
 
 def test_a_plane_that_is_too_uncertain_for_first_order_leaves_the_total() -> None:

@@ -10,14 +10,48 @@ from spinewatch.spine.uncertainty import common_factors
 from tests.spinewatch.spine.spines import LEVELS, disturbed, errors, scoliosis, tilted
 
 
-def ends(spine: SpineConfiguration) -> list[tuple[str, str, str]]:
+def ends(spine: SpineConfiguration) -> list[tuple[str, str, str | None]]:
     return [(c.upper, c.lower, c.side) for c in find_curves(spine)]
 
 
 def test_one_curve_by_hand() -> None:
-    # From T12 to L1 the tilt turns by 18 degrees, but no vertebra lies between; from L4 to L5 by 1 degree.
-    (curve,) = find_curves(tilted([-2.0, -20.0, -12.0, 5.0, 18.0, 17.0]))
+    # From T12 to L1 the tilt turns by 8 degrees, from L4 to L5 by 1 degree.
+    (curve,) = find_curves(tilted([-12.0, -20.0, -12.0, 5.0, 18.0, 17.0]))
     assert (curve.upper, curve.lower, curve.side, curve.open_ends) == ("L1", "L4", "right", ())
+
+
+def test_a_curve_between_neighbours_is_reported_without_an_apex() -> None:
+    first, second = find_curves(tilted([-2.0, -20.0, -12.0, 5.0, 18.0, 17.0]))
+    assert (first.upper, first.apex, first.lower, first.side) == ("T12", None, "L1", "left")
+    assert first.open_ends == ("T12",)
+    assert (second.upper, second.lower) == ("L1", "L4")
+    (three,) = find_curves(tilted([15.0, 20.0, 0.0]))
+    assert (three.upper, three.apex, three.lower) == ("L4", None, "L5")
+
+
+@pytest.mark.parametrize("sd_deg", [0.0, 0.5, 1.0, 2.0, 3.0])
+def test_the_ends_of_a_sharp_curve_are_the_extremes_whatever_the_errors(sd_deg: float) -> None:
+    tilts = [0.0, 5.0, 10.0, 16.0, 20.0, -18.0, -14.0, -10.0, -5.0, 0.0]
+    spine = replace(tilted(tilts), errors={"triads A": errors(10, 0.3, sd_deg)})
+    assert ends(spine) == [("T8", "T12", "right"), ("T12", "L1", "left"), ("L1", "L5", "right")]
+
+
+def test_equal_tilts_are_no_turning_point() -> None:
+    assert ends(tilted([20.0, 20.0, 0.0])) == [("L3", "L5", "left")]
+    assert ends(tilted([-20.0, -10.0, 0.0, 0.0, 10.0, 20.0])) == [("T12", "L5", "right")]
+    assert ends(tilted([0.0, 0.0, 0.0, 0.0])) == [("L2", "L5", None)]
+
+
+def test_the_side_is_known_where_the_interval_of_the_angle_is_on_one_side_of_zero() -> None:
+    tilts = [-3.0, -2.0, 0.0, 2.0, 3.0]
+    sides = [
+        find_curves(replace(tilted(tilts), errors={"initial": errors(5, 0.3, sd)}))[0].side
+        for sd in (2.0, 2.3)
+    ]
+    assert sides == ["right", None]  # 6 degrees against 1.96 sqrt(2) sd
+    other = tilted([5.0, -2.0, 0.0, 2.0, 4.0])
+    spine = replace(tilted(tilts), alternatives=(other.poses,))
+    assert find_curves(spine)[0].side is None
 
 
 def test_the_apex_lies_farthest_to_the_convex_side() -> None:
@@ -39,7 +73,7 @@ def test_a_mirror_changes_sides_only() -> None:
     mirror = np.diag([1.0, -1.0, 1.0])
     spine = scoliosis()
     poses = SpinePoses(spine.poses.position_mm @ mirror, mirror @ spine.poses.rotation @ mirror)
-    other = {"left": "right", "right": "left"}
+    other: dict[str | None, str] = {"left": "right", "right": "left"}
     before, after = find_curves(spine), find_curves(replace(spine, poses=poses))
     assert [(c.upper, c.apex, c.lower, other[c.side]) for c in before] == [
         (c.upper, c.apex, c.lower, c.side) for c in after

@@ -170,5 +170,6 @@ def test_a_displacement_has_the_error_of_the_reference_vertebra_too() -> None:
     assert (alone.value, alone.sd) == pytest.approx((-y[0], 0.4))
     assert (line.value, line.sd) == pytest.approx((y[2] - y[0], 0.4 * np.sqrt(2)))
     own = found(request, replace(spine(), reference="L1"))
-    assert (own.value, own.sd) == pytest.approx((0.0, 0.0), abs=1e-9)
+    assert own.status is MeasureStatus.NOT_MEASURED
+    assert own.reason == "L1 is the reference vertebra, which it is measured from"
     assert found(request, replace(spine(), reference="S1")).value == pytest.approx(-y[0])

@@ -44,6 +44,16 @@ def test_they_are_the_differences_of_the_measures() -> None:
         assert float(wrapped(np.array(change.value - b.value + a.value))) == pytest.approx(0, abs=1e-9)
 
 
+def test_the_reference_vertebra_has_no_change() -> None:
+    before, after = (replace(spine, reference="L3") for spine in (BEFORE, AFTER))
+    found = by_definition(measure_changes(before, after, before))
+    for definition in ("apical-rotation", "apical-rotation-projected", "apical-translation"):
+        assert found[definition].levels == ("L3",)
+        assert found[definition].status is MeasureStatus.NOT_MEASURED
+        assert "L3 is the reference vertebra" in (found[definition].reason or "")
+    assert found["cobb-fixed"].status is MeasureStatus.MEASURED
+
+
 def test_errors_that_both_stages_share_cancel() -> None:
     shared = {"initial": errors(5, 0.3, 2.0)}
     before, after = replace(BEFORE, errors=shared), replace(AFTER, errors=shared)

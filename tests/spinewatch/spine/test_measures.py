@@ -154,12 +154,47 @@ def test_the_plane_of_a_straight_curve_is_not_determined() -> None:
     assert angle.value > 0
 
 
+def test_of_a_reference_vertebra_at_the_apex_only_the_rotation_at_the_baseline_is_measured() -> None:
+    before, after = (
+        replace(s, reference="L3") for s in (tilted([-20.0, -10, 0, 10, 20]), tilted([-9.0, -5, 0, 5, 9]))
+    )
+    for spine, rotation in ((before, MeasureStatus.MEASURED), (after, MeasureStatus.NOT_MEASURED)):
+        found = {m.definition: m for m in measure_spine(spine, before).measures}
+        assert found["apical-rotation"].levels == ("L3",)
+        assert found["apical-rotation"].status is rotation
+        assert found["apical-translation"].status is MeasureStatus.NOT_MEASURED
+        assert "L3 is the reference vertebra" in (found["apical-translation"].reason or "")
+        assert found["cobb-fixed"].status is MeasureStatus.MEASURED
+
+
+def test_a_curve_between_neighbours_has_a_cobb_angle_and_says_why_it_has_no_apex() -> None:
+    spine = tilted([0.0, 5, 10, 16, 20, -18, -14, -10, -5, 0])
+    found = {m.definition: m for m in measure_spine(spine, spine).measures if m.curve == "curve 2"}
+    assert found["cobb-fixed"].value == pytest.approx(-38.0)
+    for definition in ("apical-rotation", "apical-rotation-projected", "apical-translation", "ferguson"):
+        assert found[definition].status is MeasureStatus.NOT_MEASURED
+        assert found[definition].reason == "no vertebra lies between T12 and L1, so that none is the apex"
+
+
+def test_a_curve_that_went_past_zero_is_measured_at_its_extremes() -> None:
+    before = replace(tilted([-12.0, -8, 0, 8, 12]), errors={"initial": errors(5, 0.3, 0.5)})
+    after = replace(tilted([3.0, 4, 0, -4, -3]), errors={"initial": errors(5, 0.3, 0.5)})
+    (again,) = [m for m in measure_spine(after, before).measures if m.definition == "cobb-reselected"]
+    assert again.levels == ("L2", "L4")
+    assert again.value == pytest.approx(-8.0)
+    assert again.status is MeasureStatus.MEASURED
+    unsure = replace(after, errors={"initial": errors(5, 0.3, 5.0)})
+    (again,) = [m for m in measure_spine(unsure, before).measures if m.definition == "cobb-reselected"]
+    assert again.levels[0] != again.levels[1]
+    assert again.lower < -8.0 < 0.0 < again.upper
+
+
 def test_too_few_vertebrae_for_a_curve() -> None:
     spine = tilted([-10.0, 10.0])
     found = measure_spine(spine, spine)
     assert found.curves == ()
     assert found.measures[0].definition == "cobb-fixed"
-    assert "no curve of three" in (found.measures[0].reason or "")
+    assert "fewer than three vertebrae" in (found.measures[0].reason or "")
 
 
 @settings(deadline=None, max_examples=10)

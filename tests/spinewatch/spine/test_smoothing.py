@@ -27,6 +27,26 @@ def test_a_parabola_stays_and_an_error_that_all_share_is_no_roughness() -> None:
     assert smoothed(VALUES, np.ones((6, 6)), 3.0)[0] == pytest.approx(VALUES)
 
 
+def test_a_step_that_contradicts_the_smoothness_is_kept_and_one_within_the_errors_is_not() -> None:
+    rng = np.random.default_rng(2)
+    slope = np.where(np.arange(12) < 6, 0.0, 1.0)
+    for size, kept in ((30.0, 30.0), (2.0, 0.0)):
+        values = size * slope + rng.normal(0, 1.0, 12)
+        mean, _ = smoothed(values, np.eye(12), 0.1)
+        assert mean[6] - mean[5] == pytest.approx(kept, abs=2.5)
+
+
+def test_noise_makes_no_steps() -> None:
+    rng = np.random.default_rng(3)
+    D = np.diff(np.eye(12), 3, axis=0)
+    gain = np.linalg.solve(D @ D.T + np.eye(9), D).T
+    draws = [rng.normal(0, 1.0, 12) for _ in range(300)]
+    plain = [
+        np.allclose(smoothed(values, np.eye(12), 1.0)[0], values - gain @ D @ values) for values in draws
+    ]
+    assert np.mean(plain) > 0.99
+
+
 def test_three_values_have_no_third_difference() -> None:
     mean, covariance = smoothed(VALUES[:3], np.eye(3), 0.1)
     assert np.array_equal(mean, VALUES[:3])

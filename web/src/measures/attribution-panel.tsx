@@ -113,8 +113,8 @@ function Missing({ rows }: { rows: readonly AttributionRow[] }): VNode {
 }
 
 function copied({ from, to }: Manoeuvre, rows: readonly AttributionRow[]): string {
-  const parts = ["total", "rotation", "distraction"] as const;
-  const header = ["from", "to", "subject", "quantity", "levels", ...parts.flatMap((part) => [part, `${part}_sd`, `${part}_low_95`, `${part}_high_95`]), "remainder", "status", "reason"];
+  const parts = ["total", "rotation", "distraction", "remainder"] as const;
+  const header = ["from", "to", "subject", "quantity", "levels", ...parts.flatMap((part) => [part, `${part}_sd`, `${part}_low_95`, `${part}_high_95`]), "status", "reason"];
   const cells = rows.map((row) => [
     from,
     to,
@@ -122,7 +122,6 @@ function copied({ from, to }: Manoeuvre, rows: readonly AttributionRow[]): strin
     row.quantity,
     row.levels,
     ...parts.flatMap((part) => [row[part].value, row[part].sd, row[part].interval?.[0], row[part].interval?.[1]]),
-    row.remainder,
     row.status,
     row.reason,
   ]);

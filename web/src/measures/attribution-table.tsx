@@ -51,14 +51,11 @@ export function AttributionTable({ title, unit, rows }: AttributionTableProps): 
               <td class="attribution-bars">
                 <Bars row={row} range={range} hatch={hatch} />
               </td>
-              {(["total", "rotation", "distraction"] as const).map((part) => (
+              {(["total", "rotation", "distraction", "remainder"] as const).map((part) => (
                 <td class="number" data-part={part}>
                   <ShareText share={row[part]} unit={unit} reason={row.reason} />
                 </td>
               ))}
-              <td class="number" data-part="remainder">
-                <Quantity value={row.remainder} unit={unit} reason={row.reason} change />
-              </td>
             </tr>
           ))}
         </tbody>

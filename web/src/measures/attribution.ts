@@ -21,7 +21,7 @@ export interface AttributionRow {
   readonly total: Share;
   readonly rotation: Share;
   readonly distraction: Share;
-  readonly remainder: number | null;
+  readonly remainder: Share;
   readonly reason: string | null;
   /** What the change and its parts are shown as. */
   readonly status: Status;
@@ -60,6 +60,7 @@ export function defaultManoeuvre(all: readonly Manoeuvre[], stage: string | null
 export function attributionRows(attribution: readonly Attribution[]): AttributionRows {
   const rows = attribution.map((item): AttributionRow => ({
     ...item,
+    remainder: { value: item.remainder, sd: item.remainder_sd ?? null, interval: item.remainder_interval ?? null },
     key: `${item.subject} ${item.quantity}`,
     status: statusOf(item),
     levels: levelsText(item.levels ?? []),
@@ -80,8 +81,8 @@ export function barRange(rows: readonly AttributionRow[]): Range {
 /** Return what rotation, distraction and remainder leave of the total; null where a part is not known. */
 export function discrepancy(row: AttributionRow): number | null {
   const { total, rotation, distraction, remainder } = row;
-  if (total.value === null || rotation.value === null || distraction.value === null || remainder === null) return null;
-  return total.value - rotation.value - distraction.value - remainder;
+  if (total.value === null || rotation.value === null || distraction.value === null || remainder.value === null) return null;
+  return total.value - rotation.value - distraction.value - remainder.value;
 }
 
 /** Return reasons with the subjects that they hold for; a reason that names its subject counts once for all. */

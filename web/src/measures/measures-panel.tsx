@@ -4,6 +4,7 @@ import { useMemo, useState } from "preact/hooks";
 
 import { Resource, type ResourceState, useResource } from "../api/resource";
 import type { MeasureDefinition, MeasureDefinitions, StageSpine, SummaryStage, SurgerySummary } from "../api/types";
+import { apexAndSide } from "../format/curve";
 import { STATUS, type Status } from "../format/status";
 import { StatusMark } from "../format/status-mark";
 import { CopyButton } from "./copy-button";
@@ -107,7 +108,7 @@ function Measures({ stages, definitions, stage }: MeasuresProps): VNode {
 export function groupName({ curve }: SeriesGroup): string {
   if (curve === null) return "Whole spine";
   const open = curve.open_ends.length > 0 ? `; may go on beyond ${curve.open_ends.join(" and ")}` : "";
-  return `${curve.name.charAt(0).toUpperCase()}${curve.name.slice(1)}: ${curve.upper} to ${curve.lower}, apex ${curve.apex}, convex to the ${curve.side}${open}`;
+  return `${curve.name.charAt(0).toUpperCase()}${curve.name.slice(1)}: ${curve.upper} to ${curve.lower}, ${apexAndSide(curve)}${open}`;
 }
 
 function NoMeasures({ summary }: { summary: SurgerySummary }): VNode {

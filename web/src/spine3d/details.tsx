@@ -2,6 +2,7 @@
 import type { VNode } from "preact";
 
 import type { StageSpine, VertebraState } from "../api/types";
+import { apexAndSide } from "../format/curve";
 import { Quantity } from "../format/quantity";
 import { StatusMark } from "../format/status-mark";
 import { selectedVertebra } from "../state/selection";
@@ -35,7 +36,7 @@ export function Details({ spine, id }: { spine: StageSpine; id: string }): VNode
           <ul class="spine-curves">
             {spine.curves.map((curve) => (
               <li>
-                {curve.name}: {curve.upper} to {curve.lower}, apex {curve.apex}, convex to the {curve.side}
+                {curve.name}: {curve.upper} to {curve.lower}, {apexAndSide(curve)}
               </li>
             ))}
           </ul>
@@ -85,7 +86,7 @@ function Pose({ state, frame }: { state: VertebraState; frame: string }): VNode 
               value={state.lateral_displacement_mm}
               sd={state.lateral_displacement_sd_mm}
               unit="mm"
-              reason={reason}
+              reason={reason ?? state.not_measured_reason ?? null}
             />
           </dd>
         </div>

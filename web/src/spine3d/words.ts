@@ -1,5 +1,6 @@
 /** The picture in words. */
 import type { StageSpine } from "../api/types";
+import { apexAndSide } from "../format/curve";
 import { STATUS } from "../format/status";
 import { bodiesOf, gapsOf, runName } from "./bodies";
 
@@ -23,7 +24,7 @@ export function describe({ spine, before, hasPlan, stages, selected }: Described
     `3D view of the spine at stage ${spine.stage}: ${counts.join(", ") || "no vertebra with a pose"}`,
     gaps.length > 0 && `Not measured: ${gaps.join(", ")}`,
     ...spine.curves.map(
-      (curve) => `${capital(curve.name)} from ${curve.upper} to ${curve.lower}, apex ${curve.apex}, convex to the ${curve.side}`,
+      (curve) => `${capital(curve.name)} from ${curve.upper} to ${curve.lower}, ${apexAndSide(curve)}`,
     ),
     before !== null && `Laid over stage ${before}`,
     stages > 1 && `All ${stages} stages are drawn`,
