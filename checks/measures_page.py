@@ -48,8 +48,8 @@ The end vertebrae of the re-selected Cobb angle are the extremes of the smoothed
 tilts. It is convex to the side that the curve is convex to at that stage between its end vertebrae of the baseline, so
 that a curve that went past zero changes its sign. Where that side is not known and the other one has other end
 vertebrae, the angle between those brackets it. An interpolated vertebra that may be tilted more brackets the angle. The
-deviation includes what is expected to be lost where others are tilted more. If several neighbours are tilted nearly alike, the angle between the end
-vertebrae is exaggerated by up to half its deviation.
+deviation includes what is expected to be lost where others are tilted more. If several neighbours are tilted nearly
+alike, the angle between the end vertebrae is exaggerated by up to half its deviation.
 
 ## Status
 """
@@ -100,7 +100,8 @@ Shapley value, the effect of each averaged over all orders of the causes:
 - `remainder`: change of the common tilt. It is small.
 
 The three add up to the change, and each has its deviation and interval. When the plane is not determined at one of
-the stages, or its own deviation is above {max_azimuth_sd_deg:g} degrees, only the total is given: the deviations of the parts are of first order.
+the stages, or its own deviation is above {max_azimuth_sd_deg:g} degrees, only the total is given: the deviations of the
+parts are of first order.
 
 **Lateral displacement of a vertebra**, and the apical translation of a curve as that of its apex. The way from the
 reference vertebra goes along the vertebrae that are marked at both stages. For a segment of length l and direction

@@ -160,7 +160,7 @@ def _vertebra_rows(summary: SurgerySummary, stage: str | None) -> Iterator[Row]:
 
 
 def _reason(state: VertebraState) -> str | None:
-    """Return why a vertebra has no pose or is bracketed, a measure of it is not measured, or its position has no error."""
+    """Return why a vertebra has no pose or is bracketed, has no displacement, or has a position without an error."""
     return state.reason or state.bracketed_reason or state.not_measured_reason or state.position_reason
 
 
