@@ -142,8 +142,8 @@ def grid_and_bars_of_rates(found: Rates) -> tuple[Grid, tuple[Bar, ...]]:
             )
         )
     for given, turn in (("object axes", "20 deg about z"), ("patient axes", "20 deg about x")):
-        seen = found.flagged[given, turn] + found.refused[given, turn]  # type: ignore[index]
-        share = 100 * seen / found.setups[given]  # type: ignore[index]
+        seen = found.flagged[given, turn] + found.refused[given, turn]
+        share = 100 * seen / found.setups[given]
         checks.append(Bar(f"{turn}, poses in {given}: seen in 80%", f"{share:.0f}%", share >= 80))
     title = f"Patient axes that are wrong beside an error of {AXES_SD_DEG:g} deg: flagged + refused, %"
     return Grid.of(title, ["axes turned by", *found.setups], rows), tuple(checks)

@@ -244,8 +244,9 @@ def _count_attribution(
     levels: tuple[str, ...] = (part.subject,)
     for curve in curves:
         if curve.name == part.subject:
-            apical = part.quantity == "apical-translation" and curve.apex is not None
-            levels = (curve.apex,) if apical else (curve.upper, curve.lower)
+            levels = (curve.upper, curve.lower)
+            if part.quantity == "apical-translation" and curve.apex is not None:
+                levels = (curve.apex,)
     measured = all(after.marked[after.index(level)] for level in levels)
     status = (MeasureStatus.MEASURED if measured else MeasureStatus.BRACKETED).value
     parts = ("total", "rotation", "distraction")

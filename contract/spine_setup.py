@@ -324,8 +324,8 @@ def patient_axes_covariance(axes: PatientAxes) -> Float:
     if isinstance(axes, PatientDirections):
         sd = axes.direction_sd_deg
         return direction_axes_covariance(_direction(axes.cephalad), _direction(axes.left), sd, sd)
-    points = (np.array(point) for point in (axes.caudal_mm, axes.cephalad_mm, axes.left_mm))
-    return landmark_axes_covariance(*points, axes.landmark_sd_mm)
+    caudal, cephalad, left = (np.array(point) for point in (axes.caudal_mm, axes.cephalad_mm, axes.left_mm))
+    return landmark_axes_covariance(caudal, cephalad, left, axes.landmark_sd_mm)
 
 
 def planned_vertebrae(setup: SpineSetup) -> tuple[PlannedVertebra, ...] | None:

@@ -134,7 +134,7 @@ def patient_axes_flags(
         If one of them shows axes that are turned by more than ``refused_angle_deg``.
     """
     p = parameters or AxesCheckParameters()
-    flags = []
+    flags: list[Flag] = []
     for evidence in _evidence(setup, triads, p):
         flags += evidence_flags(evidence, setup.axes_covariance_deg2, parameters=p)
     return (*flags, *_chain_flags(setup, triads, p), *_back_flags(setup, triads, p))

@@ -192,4 +192,4 @@ def _apex(
     arm = c[upper + 1 : lower] - c[upper]
     to_the_left = arm[:, 1] - arm @ chord / (chord @ chord) * chord[1]
     offset = {"right": -to_the_left, "left": to_the_left, None: np.abs(to_the_left)}[side]
-    return configuration.levels[span[upper + 1 + int(np.argmax(offset))]]
+    return configuration.levels[int(span[upper + 1 + int(np.argmax(offset))])]

@@ -95,7 +95,7 @@ def curve_requests(curve: Curve) -> tuple[MeasureRequest, ...]:
     tuple of MeasureRequest
         The measures in the order of the report.
     """
-    ends = (curve.upper, curve.lower)
+    ends: tuple[str, ...] = (curve.upper, curve.lower)
     apex, all_three, reason = ends, ends, None
     if curve.apex is None:
         reason = no_apex(curve)

@@ -175,7 +175,8 @@ def initial_from_poses(  # noqa: PLR0913
     _check_distances(names, level_numbers(names, extra_levels), position, parameters)
     R = np.array([nearest_rotation(matrix) for matrix in R])
     if level_numbers(names, extra_levels)[0] > level_numbers(names, extra_levels)[-1]:
-        names, position, R, sd, with_axes = (v[::-1] for v in (names, position, R, sd, with_axes))
+        names = names[::-1]
+        position, R, sd, with_axes = position[::-1], R[::-1], sd[::-1], with_axes[::-1]
     errors = np.zeros((n, 6, 6 * n))
     for i in range(n):
         errors[i, :, 6 * i : 6 * i + 6] = np.diag(sd[i])

@@ -232,7 +232,7 @@ def _axes_flags(
         return ()
     turn = np.degrees(vector_from_rotation(stated.T @ fit.transform.rotation))
     of_fit = np.degrees(np.degrees(stated.T @ fit.covariance[3:6, 3:6] @ stated))
-    information = np.linalg.inv(of_fit + p.film_sd_deg**2 * np.eye(3))
+    information = np.asarray(np.linalg.inv(of_fit + p.film_sd_deg**2 * np.eye(3)), dtype=float)
     evidence = AxesEvidence("the axes of the radiographs show", turn, information)
     exact = np.zeros((3, 3)) if axes_covariance_deg2 is None else axes_covariance_deg2
     return evidence_flags(evidence, exact, "radiograph-axes-differ", p.axes)

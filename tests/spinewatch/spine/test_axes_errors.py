@@ -41,7 +41,8 @@ def test_the_covariance_of_directions_is_that_of_simulated_mistakes(left: list[f
 def test_the_covariance_of_landmarks_is_that_of_simulated_mistakes() -> None:
     rng = np.random.default_rng(2)
     points = np.array([[0.0, 0, 0], [-380.0, 10, 20], [-150.0, -110, 5]])
-    expected = landmark_axes_covariance(*points, 4.0)
+    caudal, cephalad, left = points
+    expected = landmark_axes_covariance(caudal, cephalad, left, 4.0)
     drawn = [axes_from_landmarks(*(points + 4.0 * rng.standard_normal((3, 3)))) for _ in range(DRAWS)]
     found = covariance_of(axes_from_landmarks(*points), drawn)
     assert np.allclose(found, expected, atol=0.08 * expected.max())
