@@ -62,7 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--examples",
         type=int,
         nargs=3,
-        default=(320_000, 60_000, 160_000),
+        default=(640_000, 80_000, 160_000),
         metavar=("SMALL", "USUAL", "LARGE"),
         help="examples of all looks, further ones of usual looks, those of large balls",
     )
@@ -78,7 +78,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--epochs",
         type=int,
         nargs=4,
-        default=(10, 20, 40, 24),
+        default=(5, 12, 40, 24),
         metavar=("PROPOSAL", "SMALL", "USUAL", "LARGE"),
     )
     parser.add_argument("--seed", type=int, default=1995)

@@ -54,11 +54,11 @@ class DoubtParameters:
     """
 
     max_chance: float = 0.1
-    intercept: float = -2.641
-    gain: float = -0.344
-    misfit: float = 1.839
-    spread: float = 1.672
-    deviation: float = 2.373
+    intercept: float = -2.931
+    gain: float = -0.458
+    misfit: float = 2.375
+    spread: float = 2.527
+    deviation: float = 2.025
     max_gain: float = 20.0
 
 

@@ -118,3 +118,40 @@ def test_covariances_in_the_image_are_those_of_a_ball_of_that_size_and_probable_
     assert covariance[:, 1, 1] == pytest.approx(25 * seen.covariance[:, 1, 1])
     odds = np.exp(seen.log_odds)
     assert np.array_equal(seen.probable(float(np.median(odds))), odds > np.median(odds))
+
+
+def test_centres_are_better_where_the_other_balls_are_known() -> None:
+    network, *_ = default_networks().refinement_networks(10.0)
+    parameters = ExampleParameters(network.grid, (8.0, 12.0), wider=12.0)
+    examples = random_examples(np.random.default_rng(8), 1600, parameters)
+    errors = []
+    for known in (clear(examples), np.zeros(1600, dtype=bool)):
+        parts = []
+        for image in range(examples.image.max() + 1):
+            of_image = examples.image == image
+            patches = examples.patches[of_image].astype(np.float32)
+            lighting = Lighting.expected(examples.up[of_image][0].astype(float))
+            parts.append(predict_balls(network, patches, lighting, known[of_image]).offset)
+        errors.append(np.abs(examples.offset - np.concatenate(parts))[clear(examples)])
+    assert np.median(errors[0]) < 0.98 * np.median(errors[1])
+
+
+def test_the_mean_of_the_other_balls_is_turned_with_the_patches() -> None:
+    network, *_ = default_networks().refinement_networks(10.0)
+    patches = np.random.default_rng(5).normal(size=(6, 25, 25)).astype(np.float32)
+    is_ball = np.array([True, True, False, True, True, True])
+    upright = predict_balls(network, patches, LIGHT, is_ball)
+    again = predict_turned(network, patches[:, ::-1, ::-1], LIGHT.turned((-1, -1)), (-1, -1), is_ball)
+    assert again.offset == pytest.approx(-upright.offset, abs=1e-5)
+    alone = predict_balls(network, patches, LIGHT)
+    assert not np.allclose(alone.offset, upright.offset, atol=1e-3)
+
+
+def test_balls_in_view_are_probable_and_mostly_visible() -> None:
+    seen = predict_balls(
+        default_networks().proposal,
+        np.random.default_rng(6).normal(size=(50, 25, 25)).astype(np.float32),
+        LIGHT,
+    )
+    odds = float(np.exp(np.median(seen.log_odds)))
+    assert np.array_equal(seen.in_view(odds), seen.probable(odds) & (seen.visible > 0.5))
