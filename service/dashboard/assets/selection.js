@@ -1,1 +1,1 @@
-import{W as e}from"./index.js";var t=e(null);export{t};
+import{W as e}from"./index.js";function t({apex:e,side:t}){return`${e===null?`no vertebra between them`:`apex ${e}`}, ${t===null?`side of the convexity not known`:`convex to the ${t}`}`}var n=e(null);export{t as n,n as t};
