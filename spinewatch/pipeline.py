@@ -32,6 +32,7 @@ from spinewatch.triads.labels import label_triads
 from spinewatch.triads.pose_fit import fit_poses
 from spinewatch.triads.search import TriadSearch, match_triads
 from spinewatch.triads.second_look import missing_ball_places
+from spinewatch.triads.unused_centres import unused_centre_flags
 from spinewatch.triads.variance_factor import variance_factor, variance_flags
 
 
@@ -284,6 +285,7 @@ class StageMeasurer:
         if not edited:
             search = _without_unsupported_poses(search, request)
         diagnosis_flags = self._diagnose(detections, frames, search, request)
+        unused_flags = unused_centre_flags((detections[0].features, detections[1].features), search.triads)
         progress("label", 0.9)
         labelled, label_flags = label_triads(
             search.triads,
@@ -293,7 +295,8 @@ class StageMeasurer:
             request.known,
             request.extra_levels,
         )
-        flags = (*flags_of_views(detections), *search.flags, *rig_flags, *diagnosis_flags, *label_flags)
+        of_triads = (*search.flags, *unused_flags)
+        flags = (*flags_of_views(detections), *of_triads, *rig_flags, *diagnosis_flags, *label_flags)
         explanation = self._explanation(detections, search, request) if explained else None
         return StageMeasurement(
             *detections,

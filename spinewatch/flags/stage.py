@@ -27,6 +27,14 @@ KINDS = (
         "Compare the images with the centre, and look at the residuals of the triad.",
     ),
     FlagKind(
+        "centre-unused",
+        "stage",
+        "No triad with a pose uses a centre that a person placed: it is not where a ball of a triad can be. The feature"
+        " that was detected there is gone, so that its ball may count as hidden.",
+        "Compare the centre with the image, and move it or take the edit back.",
+        "only in stages whose centres were edited",
+    ),
+    FlagKind(
         "edit-lost",
         "stage",
         "A person had decided on the label of a triad, and after further edits of ball centres no triad is there.",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations, pairwise
 from math import comb
@@ -335,6 +335,10 @@ def _most_likely(
         likelihood = np.array([_gap_likelihood(gaps, levels[list(a)], p.spacing_sd) for a in possible])
         basis = "the gaps between the others do not determine which"
     best, second = np.argsort(-likelihood, kind="stable")[:2]
+    # A marker that was clamped again changes its rotation relative to all others, but not that between two of these.
+    turned = _rotation_sigmas(combinations(zip(possible[best], ordered, strict=True), 2), labels, p, known)
+    if len(turned) > 1 and min(turned) >= p.max_rotation_sigma:
+        return None, "the rotations between the triads that were found do not fit the known configuration"
     if likelihood[best] - likelihood[second] < np.log(p.min_likelihood_ratio):
         return None, f"{expected - found} of {expected} triads are missing, and {basis}"
     return possible[best], None
@@ -368,12 +372,25 @@ def _configuration_likelihood(
         distance = known.distance_mm(labels[i], labels[j]) or 0.0
         change_mm = float(np.linalg.norm(a.position_mm - b.position_mm)) - distance
         total -= 0.5 * (change_mm / p.distance_sd_mm) ** 2
+    turned = _rotation_sigmas(pairwise(zip(assignment, ordered, strict=True)), labels, p, known)
+    return total - 0.5 * sum(min(sigma, p.max_rotation_sigma) ** 2 for sigma in turned)
+
+
+def _rotation_sigmas(
+    pairs: Iterable[tuple[tuple[int, MeasuredTriad], tuple[int, MeasuredTriad]]],
+    labels: Sequence[str],
+    p: LabelParameters,
+    known: KnownConfiguration,
+) -> list[float]:
+    """Return the changes of the rotations of pairs, in standard deviations, of those whose poses are known."""
+    sigmas = []
+    for (i, a), (j, b) in pairs:
         before = known.poses.get(labels[i]), known.poses.get(labels[j])
         if before[0] and before[1] and a.pose and b.pose:
             change = (a.pose.rotation.T @ b.pose.rotation).T @ (before[0].rotation.T @ before[1].rotation)
             angle = float(np.degrees(np.linalg.norm(vector_from_rotation(change))))
-            total -= 0.5 * min(angle / p.rotation_sd_deg, p.max_rotation_sigma) ** 2
-    return total
+            sigmas.append(angle / p.rotation_sd_deg)
+    return sigmas
 
 
 def _gap_likelihood(gaps_mm: Float, level: Float, sd: float) -> float:

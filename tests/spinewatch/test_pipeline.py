@@ -65,7 +65,7 @@ def test_a_second_look_at_a_blurred_pair_loses_no_triad(rig: Rig) -> None:
     twice = replace(Parameters(), search=replace(search, doubt=replace(search.doubt, max_chance=1.0)))
     once = replace(twice, second_look=SecondLookParameters(rounds=0))
     before, after = (len(poses(StageMeasurer(rig, p).measure(left, right, REQUEST))) for p in (once, twice))
-    assert after >= before >= 4
+    assert after >= before >= 3
 
 
 def test_the_measurement_holds_what_it_was_made_with(rig: Rig) -> None:

@@ -130,6 +130,21 @@ def test_a_configuration_that_does_not_fit_gives_no_labels() -> None:
     assert "do not fit" in flags[0].detail
 
 
+@pytest.mark.parametrize(("turned", "labels"), [(1, ["T11", "T9", "T7"]), (2, [None] * 3)])
+def test_one_marker_may_be_clamped_again_but_not_all(turned: int, labels: list[str | None]) -> None:
+    before = earlier(L1=0, T11=42, T9=100, T7=148)
+    found = [
+        MeasuredTriad(
+            "flat",
+            {},
+            Pose(np.array([x, 0.0, 0.0]), rotation_from_vector(np.array([0, 0, angle])), np.zeros((6, 6))),
+            0.0,
+        )
+        for x, angle in zip((10.0, 69.0, 117.0), (0.0, 0.8, 1.6 if turned == 2 else 0.9), strict=True)
+    ]
+    assert named(found, before) == labels
+
+
 def test_markers_of_different_kinds_make_labels_certain() -> None:
     kinds = ("small", "large", "body", "small")
     known = KnownConfiguration(markers=dict(zip(LABELS, kinds, strict=True)))

@@ -46,6 +46,7 @@ const WARNINGS = [
   "triad-count-low",
   "ball-occluded",
   "edit-lost",
+  "centre-unused",
   "parameters-changed",
   "calibration-old",
   "rig-refined",
