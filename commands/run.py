@@ -68,7 +68,7 @@ def run(
     key = make_first_key(settings) if first_key else None
     if key is not None:
         typer.echo(f"First API key, shown only here: {key}")
-    command = [sys.executable, "-m", "commands"]
+    command = [sys.executable, "-P", "-m", "commands"]  # -P: modules never come from the working folder
     children = [Child("serve", [*command, "serve"])]
     children += [Child(f"worker-{n + 1}", [*command, "worker"]) for n in range(settings.workers)]
     settings = settings.model_copy(update={"instance_id": settings.instance_id or uuid4().hex})

@@ -98,7 +98,7 @@ def answer_of(module: str, arguments: Sequence[str], source: IO[bytes], limits: 
     answer = _temporary()
     try:
         ran = subprocess.run(  # noqa: S603 - our own command
-            [sys.executable, "-m", module, *map(str, numbers), *arguments],
+            [sys.executable, "-P", "-m", module, *map(str, numbers), *arguments],
             check=False,
             stdin=_from_start(source),
             stdout=answer,

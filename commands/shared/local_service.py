@@ -64,7 +64,7 @@ class LocalService:
         }
         with log:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "commands", "run", "--no-first-key"],
+                [sys.executable, "-P", "-m", "commands", "run", "--no-first-key"],
                 env={**{key: value for key, value in os.environ.items() if key not in _TLS}, **settings},
                 stdin=subprocess.DEVNULL,
                 stdout=log,

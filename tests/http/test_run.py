@@ -9,7 +9,7 @@ import socket
 import subprocess
 import sys
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import pytest
@@ -17,6 +17,7 @@ import pytest
 from store.revision import REVISION
 from store.verification import verify
 from tests.http.harness import free_port, wait_for
+from tests.paths import PROJECT
 from tests.patience import PATIENCE_S
 
 COMMAND = [sys.executable, "-m", "commands"]
@@ -46,13 +47,20 @@ def alive(pid: int) -> bool:
 class Running:
     """A supervised service and where it serves."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        command: Sequence[str] = COMMAND,
+        cwd: Path | None = None,
+        env: Mapping[str, str] | None = None,
+    ) -> None:
         self.port = free_port()
         self.output = folder / "out.txt"
         with self.output.open("wb") as out:
             self.process = subprocess.Popen(
-                [*COMMAND, "run", "--port", str(self.port), "--workers", "1"],
-                env=environment(folder),
+                [*command, "run", "--port", str(self.port), "--workers", "1"],
+                cwd=cwd,
+                env=environment(folder, **(env or {})),
                 stdin=subprocess.DEVNULL,
                 stdout=out,
                 stderr=out,
@@ -102,6 +110,26 @@ def test_what_dies_is_started_again_and_all_stop_together(running: Running) -> N
         running.output.parent / "new" / "spinewatch.sqlite", running.output.with_name("copy")
     )
     assert verify(copy).problems == ()
+
+
+def test_nothing_is_run_from_the_folder_that_it_is_started_in(tmp_path: Path) -> None:
+    folder = tmp_path / "shared"
+    folder.mkdir()
+    for name in ("structlog", "commands", "secrets"):
+        (folder / f"{name}.py").write_text("raise SystemExit('a module of the working folder')")
+    running = Running(
+        tmp_path,
+        command=[sys.executable, "-P", "-m", "commands"],  # as its script starts it
+        cwd=folder,
+        env={"PYTHONPATH": str(PROJECT)},
+    )
+    try:
+        wait_for(lambda: running.ready() or running.process.poll() is not None, "the service or its end")
+        assert "a module of the working folder" not in running.output.read_text()
+        assert running.ready()
+    finally:
+        running.process.terminate()
+        running.process.wait(PATIENCE_S)
 
 
 def test_a_first_key_is_printed_once_with_the_address_of_the_page(running: Running) -> None:

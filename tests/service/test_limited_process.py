@@ -78,6 +78,14 @@ def test_the_process_knows_no_settings(monkeypatch: pytest.MonkeyPatch) -> None:
     assert answer("settings") == b"input[]"
 
 
+def test_modules_of_the_working_folder_are_not_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "working"
+    folder.mkdir()
+    (folder / "structlog.py").write_text("raise SystemExit(1)")
+    monkeypatch.chdir(folder)
+    assert answer() == b"input"
+
+
 @pytest.mark.parametrize("what", ["memory", "time", "SIGABRT", "SIGTRAP"])
 def test_what_takes_too_much_is_named(what: str) -> None:
     with pytest.raises(TooCostlyError):

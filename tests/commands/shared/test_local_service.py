@@ -73,6 +73,14 @@ def test_services_that_start_together_each_answer_for_themselves(tmp_path: Path)
             assert connection.execute("SELECT id FROM calibrations").fetchall() == [(own,)]
 
 
+def test_modules_of_the_working_folder_are_not_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "structlog.py").write_text("raise SystemExit(1)")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", str(PROJECT))
+    with LocalService(tmp_path / "service", 8500) as service:
+        assert service.key
+
+
 def program(folder: Path, lines: str) -> Path:
     """Make a program that stands for the interpreter of a service which never answers."""
     path = folder / "program"
