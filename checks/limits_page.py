@@ -67,6 +67,7 @@ _FURTHER = [
     *_of(
         "service.connection",
         _MIN_READ_RATE="bytes per second that a client reads at least, or it is disconnected",
+        _MAX_SHARE="share of all connections; while none is free, the key or address with most loses one above it",
     ),
     *_of("service.forms.stage", MAX_PAIRS="pairs of a burst; 422"),
     *_of("service.forms.calibration", MAX_SHOTS="shots of a calibration; 422"),

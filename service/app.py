@@ -14,7 +14,7 @@ from fastapi.middleware.cors import CORSMiddleware
 from fastapi.routing import APIRoute
 from fastapi_offline import FastAPIOffline
 
-from service import dashboard_page, idempotency, openapi, problems
+from service import api_page, dashboard_page, idempotency, openapi, problems
 from service.access import Access
 from service.declared_routes import SCOPE_KEY, DeclaredRoutes
 from service.dependencies import problems as problem_responses
@@ -30,6 +30,7 @@ from service.middleware.head import Head
 from service.middleware.hosts import AllowedHosts
 from service.middleware.json_check import JSONCheck
 from service.middleware.origins import OwnOrigin
+from service.middleware.pieces import Pieces
 from service.middleware.refusals import Refusals
 from service.middleware.request_log import RequestLog
 from service.middleware.uploads import UploadTurns
@@ -127,7 +128,7 @@ def create_app(settings: Settings) -> FastAPI:
     app = FastAPIOffline(
         docs_url="/docs",
         redoc_url=None,
-        static_url="/docs/assets",
+        static_url=api_page.FOLDER_PATH,
         title="Spinewatch",
         version=version("spinewatch"),
         description=_DESCRIPTION,
@@ -140,6 +141,7 @@ def create_app(settings: Settings) -> FastAPI:
     for resource in _ROUTES:
         app.include_router(resource.router)
     dashboard_page.install(app)
+    api_page.install(app)
     problems.install(app)
     idempotency.install(app)
     openapi.install(app)
@@ -149,6 +151,7 @@ def create_app(settings: Settings) -> FastAPI:
     app.add_middleware(Refusals, routes=declared)
     # the last one added is the outermost
     app.add_middleware(RequestLog, routes=declared, count=RequestMetrics(registry).add)
+    app.add_middleware(Pieces)
     return app
 
 

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import asyncio
 import json
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from http import HTTPStatus
 from typing import Any, cast
 
 import h11
+import structlog
 from uvicorn import Config
 from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.protocols.utils import get_remote_addr
 from uvicorn.server import ServerState
 
+from service.access import PRINCIPAL
+from service.failed_attempts import network_of
 from service.http_head import StrictConnection
 from service.problems import MEDIA_TYPE, problem
 from settings import Settings
@@ -24,6 +29,9 @@ _LINGER_BYTES = 2**20
 """What is discarded in that time, beyond ``discard_bytes``."""
 _MIN_READ_RATE = 1024
 """Bytes per second that a client reads at least."""
+_MAX_SHARE = 0.1
+"""Share of all connections; a key, or an address without one, that has more is the first to lose one."""
+_log = structlog.get_logger("service")
 
 
 @dataclass(frozen=True)
@@ -91,21 +99,49 @@ class LimitedConnection(H11Protocol):
         self._answered_since: float | None = None
         self._ended_since: float | None = None
         self._discarded = 0
+        self._last_owner = ""
         self._unread = (0, self._waiting_since)
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Take the connection, and end another if there are too many."""
+        address = get_remote_addr(transport)
+        self._last_owner = network_of("" if address is None else address[0])
         full = len(self.connections) >= self._limits.max_connections
         if full:
-            waiting = [other for other in self.connections if isinstance(other, LimitedConnection)]
-            waiting = [other for other in waiting if other.waits_for_client]
-            if waiting:
-                min(waiting, key=lambda other: (not other.is_idle, other._waiting_since)).end()
+            ended = self._makes_room()
+            _log.warning("connections_in_use", ended_of=None if ended is None else ended.owner)
+            if ended is not None:
+                ended.end()
                 full = False
         super().connection_made(transport)
         self.transport = cast("asyncio.Transport", _LingeringTransport(transport, self._lingers))
         if full:
             self.refuse(503, "all connections are in use; try again")
+
+    def _makes_room(self) -> LimitedConnection | None:
+        """Return the connection to end: of the client with most, if it has more than its share, or of any that waits.
+
+        The one that has waited longest for its client goes first. If the client with most waits for answers alone, its
+        latest request does.
+        """
+        others = [other for other in self.connections if isinstance(other, LimitedConnection)]
+        ((owner, count),) = Counter(other.owner for other in others).most_common(1)
+        if count > max(1.0, _MAX_SHARE * self._limits.max_connections):
+            return min((other for other in others if other.owner == owner), key=LimitedConnection._rank)
+        return min(
+            (other for other in others if other.waits_for_client), key=LimitedConnection._rank, default=None
+        )
+
+    def _rank(self) -> tuple[bool, bool, float]:
+        """Return what is less for a connection that is to end before another of the same client."""
+        waits = self.waits_for_client
+        return not waits, self._sends_body, self._waiting_since if waits else -self._waiting_since
+
+    @property
+    def owner(self) -> str:
+        """Who has the connection: the prefix of the key of its last request, without one the client's address."""
+        principal = None if self.scope is None else self.scope["state"].get(PRINCIPAL)
+        return self._last_owner if principal is None else principal.prefix
 
     @property
     def is_idle(self) -> bool:
@@ -114,8 +150,13 @@ class LimitedConnection(H11Protocol):
 
     @property
     def waits_for_client(self) -> bool:
-        """Whether the next step is the client's: to send a request or the rest of its body."""
-        return self.is_idle or (self.cycle.more_body and not self.cycle.response_started)
+        """Whether the next step is the client's: to send a request or the rest of its body, or to read."""
+        return self.is_idle or self._sends_body or self.flow.write_paused
+
+    @property
+    def _sends_body(self) -> bool:
+        """Whether the rest of the body of a request is awaited."""
+        return not self.is_idle and self.cycle.more_body and not self.cycle.response_started
 
     def data_received(self, data: bytes) -> None:
         """Read what arrived; after a refusal it is discarded."""
@@ -141,6 +182,7 @@ class LimitedConnection(H11Protocol):
     def handle_events(self) -> None:
         """Act on what was read, unless the connection has been refused."""
         if self._ended_since is None:
+            self._last_owner = self.owner  # a new request has another scope
             super().handle_events()
 
     def send_400_response(self, msg: str) -> None:

@@ -19,12 +19,14 @@ FOLDER = Path(__file__).parent / "dashboard"
 """The built files; ``make web`` writes them."""
 
 _INDEX = "index.html"
-_MEDIA_TYPES = {
+MEDIA_TYPES: Mapping[str, str] = {
     ".html": "text/html; charset=utf-8",
     ".js": "text/javascript; charset=utf-8",
     ".css": "text/css; charset=utf-8",
     ".svg": "image/svg+xml",
 }
+"""Media types of the files that are sent, by the end of their names."""
+
 _POLICY = "; ".join(
     (
         "default-src 'none'",
@@ -106,10 +108,10 @@ def read_files(folder: Path = FOLDER) -> Mapping[str, PageFile]:
         )
     files = {}
     for path in sorted(folder.rglob("*")):
-        if path.suffix in _MEDIA_TYPES:
+        if path.suffix in MEDIA_TYPES:
             name = path.relative_to(folder).as_posix()
             files["/" if name == _INDEX else f"/{name}"] = PageFile(
-                path.read_bytes(), _MEDIA_TYPES[path.suffix]
+                path.read_bytes(), MEDIA_TYPES[path.suffix]
             )
     return files
 
@@ -130,10 +132,22 @@ def install(app: FastAPI, folder: Path = FOLDER) -> None:
         There is no page in the folder.
     """
     for path, file in read_files(folder).items():
-        _add(app, path, file)
+        add_file(app, path, file)
 
 
-def _add(app: FastAPI, path: str, file: PageFile) -> None:
+def add_file(app: FastAPI, path: str, file: PageFile) -> None:
+    """Send a file at a path.
+
+    Parameters
+    ----------
+    app
+        The application.
+    path
+        Path of the URL.
+    file
+        The file.
+    """
+
     def send(
         if_none_match: Annotated[str | None, Header()] = None,
         accept_encoding: Annotated[str, Header()] = "",

@@ -20,13 +20,13 @@ class FailedAttempts:
 
     def wait_seconds(self, address: str, now: float) -> float:
         """Return how long an address has to wait; 0 when it may try."""
-        started, count = self._failures.get(_network(address), (now, 0))
+        started, count = self._failures.get(network_of(address), (now, 0))
         left = started + WINDOW_SECONDS - now
         return left if count >= MAX_FAILURES and left > 0 else 0.0
 
     def add(self, address: str, now: float) -> None:
         """Count a failed attempt; ``now`` is monotonic."""
-        network = _network(address)
+        network = network_of(address)
         started, count = self._failures.pop(network, (now, 0))
         if now - started >= WINDOW_SECONDS:
             started, count = now, 0
@@ -35,7 +35,7 @@ class FailedAttempts:
             self._failures.popitem(last=False)
 
 
-def _network(address: str) -> str:
+def network_of(address: str) -> str:
     """Return an IPv4 address, or the network of an IPv6 address, of which a client may have any number."""
     try:
         parsed = ipaddress.ip_address(address)

@@ -6,7 +6,17 @@ from collections.abc import Callable
 
 import pytest
 
-from tests.hostile.attack import PATIENCE_S, connect, harmless, head, received, status
+from tests.hostile.attack import (
+    MAX_MEMORY_BYTES,
+    PATIENCE_S,
+    connect,
+    forget_peak,
+    harmless,
+    head,
+    peak_memory,
+    received,
+    status,
+)
 from tests.http.harness import Service, pair, wait_for
 
 POST = "POST /v1/surgeries HTTP/1.1"
@@ -123,6 +133,31 @@ def test_1100_connections_lock_nobody_out(service: Service, begin: Callable[[Ser
         with harmless(service, requests=3):
             for _ in range(3):
                 _answered(service)
+    finally:
+        for connection in connections:
+            connection.close()
+
+
+def test_connections_that_do_not_read_their_answers_lock_nobody_out(service: Service) -> None:
+    """Anybody may ask for the files of the pages; most of an answer is not in memory while it is not read."""
+    line = (
+        f"GET /docs/assets/swagger-ui-bundle.js HTTP/1.1\r\nHost: 127.0.0.1:{service.port}\r\n\r\n".encode()
+    )
+    connections: list[socket.socket] = []
+    forget_peak(service.server.pid)
+    try:
+        for _ in range(450):
+            connection = socket.socket()
+            connections.append(connection)
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+            connection.settimeout(PATIENCE_S)
+            connection.connect(("127.0.0.1", service.port))
+            connection.sendall(line)
+            assert connection.recv(12) == b"HTTP/1.1 200"
+        for _ in range(3):
+            _answered(service)
+        assert peak_memory(service.server.pid) < MAX_MEMORY_BYTES
+        assert service.logged("connections_in_use", "127.0.0.1")
     finally:
         for connection in connections:
             connection.close()

@@ -23,10 +23,10 @@ class Listener:
     def __init__(self, address: tuple[str, int], connections: set[Any]) -> None:
         self._address, self._connections = address, connections
 
-    async def client(self, sent: bytes) -> tuple[socket.socket, LimitedConnection]:
-        """Return a client that has sent something, and the server's side of it."""
+    async def client(self, sent: bytes, source: str = "127.0.0.1") -> tuple[socket.socket, LimitedConnection]:
+        """Return a client of some address that has sent something, and the server's side of it."""
         known = set(self._connections)
-        client = socket.create_connection(self._address, timeout=20)
+        client = socket.create_connection(self._address, timeout=20, source_address=(source, 0))
         client.sendall(sent)
         client.setblocking(False)
         while True:
@@ -170,13 +170,65 @@ def test_the_connection_that_has_waited_longest_makes_room() -> None:
 def test_one_too_many_is_refused_while_all_others_are_answered() -> None:
     async def scenario() -> None:
         async with listening() as listener:
-            busy = [(await listener.client(HEAD + b"\r\n"))[0] for _ in range(2)]
+            busy = [(await listener.client(HEAD + b"\r\n", f"127.0.0.{n + 2}"))[0] for n in range(2)]
             refused, connection = await listener.client(b"")
             connection.check(asyncio.get_running_loop().time() + LATER)
             answer = await everything(refused)
             assert answer.startswith(b"HTTP/1.1 503 ")
             assert b"retry-after: 1" in answer
             for client in (*busy, refused):
+                client.close()
+
+    run(scenario)
+
+
+def test_the_client_with_most_requests_loses_its_latest_when_none_waits() -> None:
+    async def scenario() -> None:
+        async with listening(replace(LIMITS, max_connections=3)) as listener:
+            kept, _ = await listener.client(HEAD + b"\r\n", "127.0.0.2")
+            first, older = await listener.client(HEAD + b"\r\n", "127.0.0.3")
+            latest, _ = await listener.client(HEAD + b"\r\n", "127.0.0.3")
+            new, connection = await listener.client(b"", "127.0.0.4")
+            assert await everything(latest) == b""
+            assert not older.transport.is_closing()
+            assert not connection.transport.is_closing()
+            for client in (kept, first, latest, new):
+                client.close()
+
+    run(scenario)
+
+
+def test_a_client_with_few_connections_keeps_an_idle_one() -> None:
+    async def scenario() -> None:
+        async with listening(replace(LIMITS, max_connections=3)) as listener:
+            kept, connection = await listener.client(b"", "127.0.0.2")
+            many = [(await listener.client(HEAD + b"\r\n", "127.0.0.3"))[0] for _ in range(3)]
+            assert await everything(many[1]) == b""
+            assert not connection.transport.is_closing()
+            for client in (kept, *many):
+                client.close()
+
+    run(scenario)
+
+
+def test_a_client_that_does_not_read_makes_room() -> None:
+    async def answers_at_length(scope: Scope, receive: Receive, send: Send) -> None:
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+        for _ in range(1_000):
+            await send({"type": "http.response.body", "body": bytes(2**16), "more_body": True})
+
+    async def scenario() -> None:
+        async with listening(app=answers_at_length) as listener:
+            clients = []
+            for number in (2, 3):
+                client, unread = await listener.client(HEAD + b"\r\n", f"127.0.0.{number}")
+                clients.append(client)
+                while not unread.waits_for_client:
+                    await asyncio.sleep(0.001)
+            new, connection = await listener.client(b"", "127.0.0.4")
+            assert len(listener._connections) == 2
+            assert not connection.transport.is_closing()
+            for client in (*clients, new):
                 client.close()
 
     run(scenario)
