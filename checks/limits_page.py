@@ -69,6 +69,7 @@ _FURTHER = [
         _MIN_READ_RATE="bytes per second that a client reads at least, or it is disconnected",
         _MAX_SHARE="share of all connections; while none is free, the key or address with most loses one above it",
     ),
+    *_of("service.watch", MAX_WAITING="streams and requests with `wait` of one key at once; 429"),
     *_of("service.forms.stage", MAX_PAIRS="pairs of a burst; 422"),
     *_of("service.forms.calibration", MAX_SHOTS="shots of a calibration; 422"),
     *_of(

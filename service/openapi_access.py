@@ -26,7 +26,7 @@ _SCHEMES = {
 _RESPONSES = {
     "401": "No valid API key or session was sent.",
     "403": "The key lacks the scope, or the request comes from a page of another origin.",
-    "429": "Too many failed attempts from this address.",
+    "429": "Too many failed attempts from this address, or too many streams and waiting requests of this key.",
 }
 _SESSION_START = "POST /v1/session"
 

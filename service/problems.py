@@ -46,6 +46,12 @@ class AccessEndedError(SpinewatchError):
     code = "access-ended"
 
 
+class TooManyWaitingError(SpinewatchError):
+    """The key of a client has as many streams and waiting requests as it may have."""
+
+    code = "too-many-waiting"
+
+
 _TYPE = "urn:spinewatch:problem:"
 _STATUS: tuple[tuple[type[SpinewatchError], int], ...] = (
     (NotFoundError, 404),
@@ -53,6 +59,7 @@ _STATUS: tuple[tuple[type[SpinewatchError], int], ...] = (
     (DatabaseNotReadyError, 503),
     (MissingPackageError, 501),
     (AccessEndedError, 401),
+    (TooManyWaitingError, 429),
     (KeyRequiredError, 403),
     (SurgeryDeletedError, 410),
     (PreconditionFailedError, 412),
@@ -195,6 +202,8 @@ def _named_problem(error: SpinewatchError) -> tuple[Problem, Mapping[str, str] |
     headers = None
     if isinstance(error, AccessEndedError):
         headers = {"WWW-Authenticate": 'Bearer realm="spinewatch", error="invalid_token"'}
+    if isinstance(error, TooManyWaitingError):
+        headers = {"Retry-After": "10"}
     job_id = getattr(error, "job_id", None) if isinstance(error, ConflictError) else None
     if job_id is not None:
         headers = {"Location": f"/v1/jobs/{job_id}"}

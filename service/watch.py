@@ -17,7 +17,8 @@ from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
 from contract.change import Change, Changes
-from service.problems import AccessEndedError
+from service.dependencies import AdmissionDep
+from service.problems import AccessEndedError, TooManyWaitingError
 from store import admissions as admitted
 from store import changes
 from store.admissions import Admission
@@ -36,6 +37,8 @@ _PATIENCE_S = 1.0
 _ADMISSION_S = 1.0
 """Time after which it is looked whether all are still admitted, when nothing has happened: keys and sessions expire."""
 _NOT_ADMITTED = "the API key was revoked or has expired, or the session has ended; send a valid key"
+MAX_WAITING = 50
+"""Streams and requests with ``wait`` of one key at once; each has a connection for as long as it lasts."""
 _KEPT = 1000
 """Latest changes in memory, for clients that follow them."""
 _log = structlog.get_logger("service")
@@ -67,6 +70,7 @@ class Watch:
         self._jobs: Counter[str] = Counter()
         self._ended: frozenset[str] = frozenset()
         self._admissions: Counter[Admission] = Counter()
+        self._places: Counter[str] = Counter()
         self._withdrawn: frozenset[Admission] = frozenset()
         self._admitted_at = -inf
         self._last: int | None = None
@@ -81,6 +85,23 @@ class Watch:
     def is_withdrawn(self, admission: Admission) -> bool:
         """Return whether the key or the session of a client is no longer valid; within ``looking``."""
         return admission in self._withdrawn
+
+    @contextmanager
+    def place(self, admission: Admission) -> Iterator[None]:
+        """Have a place for a client that waits; raises ``TooManyWaitingError`` when its key has no more of them."""
+        key = admission.key_prefix
+        if self._places[key] >= MAX_WAITING:
+            raise TooManyWaitingError(
+                f"the key {key} has {MAX_WAITING} streams and waiting requests open, which is the most; close those"
+                " that nobody reads, or use another key"
+            )
+        self._places[key] += 1
+        try:
+            yield
+        finally:
+            self._places[key] -= 1
+            if not self._places[key]:
+                del self._places[key]
 
     @asynccontextmanager
     async def looking(self, admission: Admission) -> AsyncIterator[None]:
@@ -117,7 +138,7 @@ class Watch:
         end = loop.time() + seconds
         self._jobs[job_id] += 1
         try:
-            with self._waiting(admission):
+            with self.place(admission), self._waiting(admission):
                 while job_id not in self._ended and not self.stopping and loop.time() < end:
                     await self.next_look(end - loop.time())
                     if self.is_withdrawn(admission):
@@ -222,3 +243,12 @@ async def _watch(request: Request) -> Watch:
 
 
 WatchDep = Annotated[Watch, Depends(_watch)]
+
+
+async def _place(watch: WatchDep, admission: AdmissionDep) -> AsyncIterator[None]:
+    with watch.place(admission):
+        yield
+
+
+StreamPlace = Depends(_place)
+"""A dependency of routes that stream: a place that is kept until the stream has ended, or 429 before it begins."""

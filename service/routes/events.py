@@ -12,7 +12,7 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 from service.dependencies import AdmissionDep, problems
 from service.middleware.head import HEAD_KEY
 from service.routes.changes import MAX_NUMBER, SurgeryFilter
-from service.watch import WatchDep
+from service.watch import StreamPlace, WatchDep
 
 router = APIRouter(prefix="/v1/events", tags=["changes"])
 
@@ -20,7 +20,7 @@ _RETRY_MS = 1000
 _LOOK_S = 60.0
 
 
-@router.get("", response_class=EventSourceResponse, responses=problems(422))
+@router.get("", response_class=EventSourceResponse, responses=problems(422), dependencies=[StreamPlace])
 async def stream_events(
     request: Request,
     watch: WatchDep,

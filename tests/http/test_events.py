@@ -5,7 +5,7 @@ import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from datetime import timedelta
 from pathlib import Path
 from queue import Empty, Queue
@@ -16,10 +16,11 @@ import pytest
 
 from contract.event import Actor, ActorKind
 from contract.key import NewKey, Scope
+from service.watch import MAX_WAITING
 from store import keys
 from store.clock import utc_now
 from store.database import Database
-from tests.http.harness import Service, code_of, pair
+from tests.http.harness import Service, code_of, pair, wait_for
 from tests.patience import PATIENCE_S
 
 Event = dict[str, str]
@@ -245,6 +246,32 @@ def test_waiting_for_a_job_ends_when_the_key_is_revoked(idle: Service) -> None:
         answer = waiting.result(PATIENCE_S)
     assert code_of(answer, 401) in {"access-ended", "key-invalid"}
     assert "WWW-Authenticate" in answer.headers
+
+
+def test_a_key_has_so_many_streams_and_waiting_requests_and_no_more(idle: Service) -> None:
+    """Others are answered meanwhile, and an ended stream makes room for another."""
+    headers = {"Authorization": f"Bearer {idle.make_key(Scope.STAGE_READ)}"}
+    job = idle.submit(idle.surgery(), "PRE", pair("PRE"), idle.calibration())
+    with ExitStack() as streams, httpx.Client(base_url=idle.client.base_url, headers=headers) as viewer:
+        first = viewer.stream("GET", "/v1/events", timeout=PATIENCE_S)
+        assert first.__enter__().status_code == 200
+        for _ in range(MAX_WAITING - 1):
+            stream = streams.enter_context(viewer.stream("GET", "/v1/events", timeout=PATIENCE_S))
+            assert stream.status_code == 200
+        for path in ("/v1/events", f"/v1/jobs/{job}?wait=60"):
+            refused = viewer.get(path, timeout=PATIENCE_S)
+            assert code_of(refused, 429) == "too-many-waiting"
+            assert int(refused.headers["retry-after"]) > 0
+        assert viewer.get(f"/v1/jobs/{job}", timeout=PATIENCE_S).status_code == 200
+        with idle.client.stream("GET", "/v1/events") as another:
+            assert another.status_code == 200
+        first.__exit__(None, None, None)
+
+        def has_room() -> bool:
+            with viewer.stream("GET", "/v1/events", timeout=PATIENCE_S) as stream:
+                return stream.status_code == 200
+
+        wait_for(has_room, "the place of the stream that has ended")
 
 
 def test_streams_end_when_the_service_stops(tmp_path: Path) -> None:

@@ -1,12 +1,13 @@
 import asyncio
 from collections.abc import Callable, Coroutine, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from service import watch as watch_module
-from service.problems import AccessEndedError
+from service.problems import AccessEndedError, TooManyWaitingError
 from service.watch import Watch
 from store import jobs, keys
 from store.admissions import Admission
@@ -113,6 +114,23 @@ def test_the_end_of_a_job_is_waited_for(database: Database) -> None:
         assert not waiting.done()
         await asyncio.to_thread(cancel)
         await waiting
+
+    run(database, scenario)
+
+
+def test_a_key_has_so_many_places_and_no_more(database: Database) -> None:
+    async def scenario(watch: Watch, _: asyncio.Event) -> None:
+        with ExitStack() as places:
+            for number in range(watch_module.MAX_WAITING):
+                places.enter_context(watch.place(Admission("cart", f"session {number}")))
+            with pytest.raises(TooManyWaitingError, match="cart"), watch.place(CART):
+                pass
+            with pytest.raises(TooManyWaitingError):
+                await watch.job_end("job", PATIENCE_S, CART)
+            with watch.place(Admission("another", None)):
+                pass
+        with watch.place(CART):
+            pass
 
     run(database, scenario)
 
