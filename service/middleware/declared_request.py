@@ -15,6 +15,8 @@ from service.limits import MAX_QUERY_PARAMETERS
 from service.problems import field_errors, problem, problem_response
 
 _UTF_8 = frozenset({"utf-8", "utf8"})
+_SINGLE = ("Content-Type", "Idempotency-Key", "Last-Event-ID")
+"""Headers of which a request has one: of two, clients and proxies may mean either."""
 _Answer = tuple[Problem, dict[str, str]]
 
 
@@ -60,7 +62,11 @@ def _everywhere(scope: Scope) -> _Answer | None:
     """Return why a request is refused at any path."""
     if not scope["path"].startswith("/") or CONTROL.search(scope["path"]):
         return problem(400, "the path has no slash at its start, or a control character; see /docs"), {}
-    expected = Headers(scope=scope).get("expect", "100-continue").lower()
+    headers = Headers(scope=scope)
+    repeated = [name for name in _SINGLE if len(headers.getlist(name)) > 1]
+    if repeated:
+        return problem(400, f"the header {repeated[0]} is given twice; keep one"), {}
+    expected = headers.get("expect", "100-continue").lower()
     if expected != "100-continue":
         return problem(417, "only Expect: 100-continue is known; leave the header out"), {}
     return None

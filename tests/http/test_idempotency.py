@@ -46,6 +46,13 @@ def test_a_surgery_is_stored_once(idle: Service) -> None:
     assert other.json()["id"] != first.json()["id"]
 
 
+def test_two_keys_of_one_request_are_refused(idle: Service) -> None:
+    before = idle.client.get("/v1/surgeries").json()["total"]
+    headers = [*idle.client.headers.items(), ("Idempotency-Key", "aa1"), ("Idempotency-Key", "bb1")]
+    assert code_of(idle.client.post("/v1/surgeries", json=SURGERY, headers=headers), 400) == "bad-request"
+    assert idle.client.get("/v1/surgeries").json()["total"] == before
+
+
 def test_a_calibration_is_stored_once(idle: Service) -> None:
     headers = key()
     first, again = (idle.client.post("/v1/calibrations", json=RIG, headers=headers) for _ in range(2))

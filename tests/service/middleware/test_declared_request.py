@@ -96,3 +96,10 @@ def test_a_slash_at_the_end_is_explained(app: FastAPI) -> None:
 def test_a_control_character_in_the_path_is_refused(app: FastAPI) -> None:
     assert answer(app, "GET", "/v1/things/a%00b")[0] == 400
     assert answer(app, "GET", "/v1/things/a%0Ab")[0] == 400
+
+
+@pytest.mark.parametrize("name", ["Content-Type", "idempotency-key", "Last-Event-ID"])
+def test_a_header_that_is_given_twice_is_refused_by_name(app: FastAPI, name: str) -> None:
+    status, problem = answer(app, "GET", "/v1/things/7", headers=[(name, "a"), (name, "a")])
+    assert status == 400
+    assert name.lower() in problem["detail"].lower()
