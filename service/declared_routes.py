@@ -39,6 +39,8 @@ class DeclaredRoute:
     """Names of the parts of a form that may not be repeated."""
     file_parts: frozenset[str] = frozenset()
     """Names of the parts of a form that must be files."""
+    takes_if_match: bool = False
+    """Whether the header If-Match is compared."""
 
 
 class DeclaredRoutes:
@@ -75,7 +77,13 @@ def _declared(route: APIRoute) -> DeclaredRoute:
     methods, query = frozenset(route.methods or ()), dict(_query(route.dependant))
     if route.body_field is None:
         content = (route.openapi_extra or {}).get("requestBody", {}).get("content", {})
-        return DeclaredRoute(route.path, methods, query, next(iter(content), None))
+        return DeclaredRoute(
+            route.path,
+            methods,
+            query,
+            next(iter(content), None),
+            takes_if_match=_takes_if_match(route.dependant),
+        )
     info = route.body_field.field_info
     model: Any = info.annotation
     fields: Mapping[str, FieldInfo] = model.model_fields if isinstance(info, Form) else {}
@@ -86,6 +94,7 @@ def _declared(route: APIRoute) -> DeclaredRoute:
         getattr(info, "media_type", "application/json"),
         frozenset(name for name, field in fields.items() if not _is_list(field.annotation)),
         frozenset(name for name, field in fields.items() if _is_file(field.annotation)),
+        _takes_if_match(route.dependant),
     )
 
 
@@ -95,6 +104,12 @@ def _query(dependant: Dependant) -> Iterator[tuple[str, bool]]:
         yield field.alias, _is_list(field.field_info.annotation)
     for inner in dependant.dependencies:
         yield from _query(inner)
+
+
+def _takes_if_match(dependant: Dependant) -> bool:
+    """Return whether a route or what it depends on has the header If-Match."""
+    own = any(field.alias.lower() == "if-match" for field in dependant.header_params)
+    return own or any(map(_takes_if_match, dependant.dependencies))
 
 
 def _is_list(annotation: Any) -> bool:

@@ -39,7 +39,7 @@ class DeclaredRequest:
         route = self._routes.find(scope["method"], path)
         refused = _everywhere(scope)
         if refused is None:
-            refused = self._unknown(path) if route is None else _query(route, scope) or _body(route, scope)
+            refused = self._unknown(path) if route is None else _declared(route, scope)
         if refused is not None:
             response = problem_response(scope, refused[0], refused[1])
             await response(scope, receive, send)
@@ -70,6 +70,20 @@ def _everywhere(scope: Scope) -> _Answer | None:
     if expected != "100-continue":
         return problem(417, "only Expect: 100-continue is known; leave the header out"), {}
     return None
+
+
+def _declared(route: DeclaredRoute, scope: Scope) -> _Answer | None:
+    """Return why a route does not take a request."""
+    return _query(route, scope) or _precondition(route, scope) or _body(route, scope)
+
+
+def _precondition(route: DeclaredRoute, scope: Scope) -> _Answer | None:
+    """Return why a request that depends on If-Match is not carried out where nobody compares it (RFC 9110, 13.1.1)."""
+    if route.takes_if_match or "if-match" not in Headers(scope=scope):
+        return None
+    return problem(
+        412, "this path does not compare If-Match, so that nothing was done; leave the header out"
+    ), {}
 
 
 def _query(route: DeclaredRoute, scope: Scope) -> _Answer | None:

@@ -334,3 +334,12 @@ def test_what_is_not_http_does_no_harm(service: Service) -> None:
         connection.sendall(b"GARBAGE\r\n\r\n")
         assert connection.recv(100).startswith(b"HTTP/1.1 400")
     assert service.ready()
+
+
+@pytest.mark.parametrize("tag", ['"zzz"', "*"])
+def test_nothing_is_done_under_a_condition_that_nobody_compares(idle: Service, tag: str) -> None:
+    surgery = idle.surgery()
+    for method, path in (("DELETE", ""), ("GET", ""), ("POST", "/spine/computations")):
+        answer = idle.client.request(method, f"/v1/surgeries/{surgery}{path}", headers={"If-Match": tag})
+        assert code_of(answer, 412) == "precondition-failed"
+    assert idle.client.get(f"/v1/surgeries/{surgery}").status_code == 200

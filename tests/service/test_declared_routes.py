@@ -6,6 +6,7 @@ from pydantic import BaseModel
 
 from service.app import create_app
 from service.declared_routes import DeclaredRoutes
+from service.routes import calibrations, spine, surgeries
 from settings import Settings
 
 
@@ -123,3 +124,20 @@ def test_of_two_paths_that_with_fewer_parameters_is_meant() -> None:
     assert found.path == "/v1/things/fit"
     assert ROUTES.methods("/v1/things/fit") == ["POST"]
     assert ROUTES.find("GET", "/v1/things/fit") is None
+
+
+def test_the_paths_that_compare_if_match() -> None:
+    setup = "/v1/surgeries/a/spine"
+    declared = DeclaredRoutes([*spine.router.routes, *surgeries.router.routes, *calibrations.router.routes])
+    for path in (setup, f"{setup}/initial"):
+        route = declared.find("PUT", path)
+        assert route is not None
+        assert route.takes_if_match
+    for method, path in (
+        ("GET", setup),
+        ("DELETE", "/v1/surgeries/a"),
+        ("POST", "/v1/calibrations/from-images"),
+    ):
+        route = declared.find(method, path)
+        assert route is not None
+        assert not route.takes_if_match

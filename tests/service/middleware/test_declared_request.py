@@ -2,7 +2,7 @@ from typing import Annotated, Any
 
 import httpx
 import pytest
-from fastapi import APIRouter, FastAPI, Query
+from fastapi import APIRouter, FastAPI, Header, Query
 
 from service.declared_routes import DeclaredRoutes
 from service.middleware.declared_request import DeclaredRequest
@@ -14,6 +14,11 @@ router = APIRouter()
 @router.get("/v1/things/{thing}")
 def show(thing: str, limit: int = 1, tag: Annotated[list[str] | None, Query()] = None) -> str:
     return thing
+
+
+@router.put("/v1/setups/{thing}")
+def replace(thing: str, if_match: Annotated[str | None, Header()] = None) -> str:
+    return f"{thing} {if_match}"
 
 
 @router.post("/v1/things")
@@ -96,6 +101,13 @@ def test_a_slash_at_the_end_is_explained(app: FastAPI) -> None:
 def test_a_control_character_in_the_path_is_refused(app: FastAPI) -> None:
     assert answer(app, "GET", "/v1/things/a%00b")[0] == 400
     assert answer(app, "GET", "/v1/things/a%0Ab")[0] == 400
+
+
+def test_a_condition_is_refused_where_it_is_not_compared(app: FastAPI) -> None:
+    headers = {"If-Match": '"a"'}
+    assert answer(app, "PUT", "/v1/setups/7", headers=headers) == (200, '7 "a"')
+    status, problem = answer(app, "GET", "/v1/things/7", headers=headers)
+    assert (status, problem["type"]) == (412, "urn:spinewatch:problem:precondition-failed")
 
 
 @pytest.mark.parametrize("name", ["Content-Type", "idempotency-key", "Last-Event-ID"])
