@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from contract.base import Identifier, Matrix3, Schema, StageName, Timestamp, Vector2, Vector3
 from contract.surgery import VertebraName
+from contract.text import visible
 from spinewatch.arrays import Float
 from spinewatch.spine.axes_errors import direction_axes_covariance, landmark_axes_covariance
 from spinewatch.spine.patient_axes import axes_from_directions, axes_from_landmarks
@@ -177,7 +178,9 @@ class VertebraLandmarks(Schema):
 class CommonLandmark(Schema):
     """A point that both the radiographs and the cameras show."""
 
-    name: Annotated[str, Field(min_length=1, max_length=40, description="Name of the point.")]
+    name: Annotated[
+        str, Field(min_length=1, max_length=40, description="Name of the point."), AfterValidator(visible)
+    ]
     pa: Annotated[Vector2, Field(description="The point in the PA radiograph (u, v), px.")]
     lateral: Annotated[Vector2, Field(description="The point in the lateral radiograph (u, v), px.")]
     object_mm: Annotated[

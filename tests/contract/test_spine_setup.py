@@ -5,6 +5,7 @@ from pydantic import ValidationError
 from contract.spine_setup import (
     DIRECTION_SD_DEG,
     LANDMARK_SD_MM,
+    CommonLandmark,
     InitialRadiographs,
     PatientDirections,
     PatientLandmarks,
@@ -101,3 +102,11 @@ def test_a_common_landmark_is_one_point() -> None:
     document = {"kind": "radiographs", "pa": "a", "lateral": "b", "vertebrae": [], "common": [point] * 3}
     with pytest.raises(ValidationError, match="either object_mm or triad"):
         InitialRadiographs.model_validate(document)
+
+
+@pytest.mark.parametrize("name", ["a\u202eb", "a\nb", "a\x07b", "a\u200bb", " a"])
+def test_the_name_of_a_common_landmark_hides_nothing(name: str) -> None:
+    point = {"name": name, "pa": [0.0, 0.0], "lateral": [0.0, 0.0], "triad": "L1"}
+    with pytest.raises(ValidationError, match="remove"):
+        CommonLandmark.model_validate(point)
+    assert CommonLandmark.model_validate({**point, "name": "tip of screw 1"}).name == "tip of screw 1"

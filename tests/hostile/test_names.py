@@ -30,6 +30,7 @@ NAMES = {
     "combining": "e" + "\u0301" * 90,
     "astral": "\U0001f9b4" * 25,
 }
+HIDING = {NAMES[kind] for kind in ("tab", "line breaks", "bidi", "zero width", "NUL", "escape")}
 EXPORTS = ["csv", "json", "fhir", "report-html", "slicer-markups"]
 
 
@@ -69,6 +70,20 @@ def test_a_name_of_a_field_is_not_repeated(service: Service, name: str) -> None:
     answer = service.client.post("/v1/surgeries", content=json.dumps({name: 1}), headers=JSON)
     assert code_of(answer, 422) == "invalid-request"
     assert name not in json.dumps(answer.json(), ensure_ascii=False).replace("\\", "")
+
+
+@pytest.mark.parametrize("name", NAMES.values(), ids=NAMES)
+def test_a_name_of_a_landmark(service: Service, surgery: str, name: str) -> None:
+    """Whatever cannot be seen in a name is refused, before the radiographs are looked for."""
+    point = {"name": name, "pa": [0.0, 0.0], "lateral": [0.0, 0.0], "triad": "L1"}
+    body = {
+        "initial": {"kind": "radiographs", "pa": "a", "lateral": "b", "vertebrae": [], "common": [point] * 3}
+    }
+    with harmless(service):
+        answer = service.client.post(f"/v1/surgeries/{surgery}/radiographs/fit", json=body)
+    errors = problem_of(answer, 422)["errors"]
+    named = [error for error in errors if error["loc"][-3:] == ["common", 0, "name"]]
+    assert bool(named) == (len(name) > 40 or name in HIDING), answer.text
 
 
 def test_nothing_of_it_begins_a_line_of_the_log(service: Service) -> None:
