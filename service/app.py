@@ -162,6 +162,7 @@ def _limit_requests(app: FastAPI, settings: Settings, declared: DeclaredRoutes) 
     app.add_middleware(
         UploadTurns,
         total_bytes=2 * settings.max_upload_bytes,
+        max_bytes=settings.max_upload_bytes,
         timeout_s=settings.body_timeout_seconds,
     )
     app.add_middleware(

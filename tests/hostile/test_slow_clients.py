@@ -3,6 +3,7 @@
 import socket
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 
 import pytest
 
@@ -73,6 +74,30 @@ def test_a_form_that_comes_slowly(service: Service, surgery: str) -> None:
             b'--x\r\nContent-Disposition: form-data; name="left"; filename="l"\r\n\r\n' + b"x" * 2_000,
         )
         assert status(received(connection)) == 408
+
+
+LARGE = {"chunks": "Transfer-Encoding: chunked", "lengths": "Content-Length: 33554432"}
+
+
+@pytest.mark.parametrize("length", LARGE.values(), ids=LARGE)
+def test_large_uploads_that_come_slowly_do_not_hold_up_those_of_others(
+    tmp_path_factory: pytest.TempPathFactory, length: str
+) -> None:
+    with ExitStack() as opened:
+        folder = tmp_path_factory.mktemp("uploads")
+        service = opened.enter_context(Service(folder, SPINEWATCH_BODY_TIMEOUT_SECONDS="200"))
+        surgery, calibration = service.surgery(), service.calibration()
+        line = f"POST /v1/surgeries/{surgery}/stages HTTP/1.1"
+        kind = "Content-Type: multipart/form-data; boundary=x"
+        slow = [opened.enter_context(connect(service)) for _ in range(4)]  # one is read, the others wait
+        for connection in slow:
+            connection.sendall(head(service, line, kind, length))
+        answers = [service.send(surgery, f"A{number}", pair("PRE"), calibration) for number in range(2)]
+        assert [answer.status_code for answer in answers] == [202, 202]
+        for connection in slow:
+            connection.setblocking(False)
+            with pytest.raises(BlockingIOError):  # it has no answer yet
+                connection.recv(1)
 
 
 def test_a_body_that_never_comes_after_its_answer(service: Service) -> None:
