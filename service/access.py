@@ -114,6 +114,9 @@ class Access:
         self._failed = FailedAttempts()
         self._known: OrderedDict[str, None] = OrderedDict()
         self._threads = CapacityLimiter(_MAX_THREADS)  # never behind requests that wait for the database
+        self._doubted = CapacityLimiter(
+            1
+        )  # for addresses with too many failed attempts, so that they hinder no others
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handle one request."""
@@ -159,17 +162,18 @@ class Access:
         address = "" if scope.get("client") is None else scope["client"][0]
         digest = keys.digest(credential.secret)
         wait = 0.0 if digest in self._known else self._failed.wait_seconds(address, time.monotonic())
-        if wait:
-            detail = f"too many failed attempts from this address; wait {ceil(wait)} s and send a valid key"
-            return problem(429, detail, "too-many-attempts"), {"Retry-After": str(ceil(wait))}
+        threads = self._doubted if wait else self._threads
         try:
             found = await to_thread.run_sync(
-                _identify, app.state.database, credential, surgery_id, utc_now(), limiter=self._threads
+                _identify, app.state.database, credential, surgery_id, utc_now(), limiter=threads
             )
         except DatabaseNotReadyError as error:
             return problem(503, str(error), error.code), {}
         except SQLAlchemyError as error:
             return database_problem(error)
+        if found is None and wait:
+            detail = f"too many failed attempts from this address; wait {ceil(wait)} s and send a valid key"
+            return problem(429, detail, "too-many-attempts"), {"Retry-After": str(ceil(wait))}
         if found is None:
             self._fail(digest, address)
             return _not_valid(credential)
@@ -190,7 +194,7 @@ class Access:
         _log.warning("access_refused", address=address)
 
     def _remember(self, digest: str) -> None:
-        """Keep what was valid, so that others' failed attempts from the same address do not shut it out."""
+        """Keep what was valid, so that others' failed attempts from the same address do not delay it."""
         self._known[digest] = None
         self._known.move_to_end(digest)
         if len(self._known) > _MAX_KNOWN:

@@ -6,7 +6,7 @@ import ipaddress
 from collections import OrderedDict
 
 MAX_FAILURES = 20
-"""Failed attempts of one address within ``WINDOW_SECONDS``; further ones are refused without a look at the database."""
+"""Failed attempts of one address within ``WINDOW_SECONDS``; further ones are told to wait."""
 WINDOW_SECONDS = 60.0
 MAX_ADDRESSES = 4096
 _IPV6_NETWORK_BITS = 64

@@ -18,6 +18,7 @@ from contract.key import Scope
 from service.scopes import SCOPES
 from tests.backends import everything_stored
 from tests.http.harness import RIG, Service, code_of, problem_of, wait_for
+from tests.patience import PATIENCE_S
 
 ROUTES = sorted(name for name, needed in SCOPES.items() if needed)
 NOBODY = "0" * 36
@@ -199,6 +200,27 @@ def test_failed_attempts_are_limited_without_shutting_out_who_has_a_key(tmp_path
             assert code_of(answer, 429) == "too-many-attempts"
             assert other.get("/health/live").status_code == 200
         assert service.client.get("/v1/surgeries").status_code == 200
+
+
+def test_a_valid_key_is_taken_whatever_failed_from_its_address_before(tmp_path: Path) -> None:
+    """Neither a key that the service has not seen since its start, nor one that was made just now, nor a session."""
+    with (
+        Service(tmp_path) as service,
+        httpx.Client(base_url=service.client.base_url, timeout=PATIENCE_S, trust_env=False) as client,
+    ):
+        unseen = service.make_key(Scope.STAGE_READ)
+        revoked = service.client.post("/v1/keys", json={"name": "old", "scopes": ["stage:read"]}).json()
+        assert service.client.delete(f"/v1/keys/{revoked['prefix']}").status_code == 200
+        statuses = [
+            client.get("/v1/surgeries", headers=bearer(revoked["key"])).status_code for _ in range(25)
+        ]
+        assert statuses == [401] * 20 + [429] * 5
+        for key in (unseen, service.make_key(Scope.STAGE_READ)):
+            assert client.get("/v1/surgeries", headers=bearer(key)).status_code == 200
+            opened = client.post("/v1/session", headers=bearer(key))
+            assert opened.status_code == 201
+            assert client.get("/v1/surgeries").status_code == 200
+            client.cookies.clear()
 
 
 # Sessions
