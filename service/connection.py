@@ -17,7 +17,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.utils import get_remote_addr
 from uvicorn.server import ServerState
 
-from service.access import PRINCIPAL
+from service.access import PRINCIPAL, Principal
 from service.failed_attempts import network_of
 from service.http_head import StrictConnection
 from service.problems import MEDIA_TYPE, problem
@@ -140,7 +140,7 @@ class LimitedConnection(H11Protocol):
     @property
     def owner(self) -> str:
         """Who has the connection: the prefix of the key of its last request, without one the client's address."""
-        principal = None if self.scope is None else self.scope["state"].get(PRINCIPAL)
+        principal: Principal | None = None if self.scope is None else self.scope["state"].get(PRINCIPAL)
         return self._last_owner if principal is None else principal.prefix
 
     @property
