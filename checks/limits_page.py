@@ -146,6 +146,7 @@ _IMAGES = [
         _MAX_BYTES="bytes of all entries of a TIFF",
         _MAX_TILE_PIXELS="pixels of a tile of a TIFF",
     ),
+    *_of("spinewatch.imaging.tiff_segments", _MAX_PADDED_PIXELS="pixels of all tiles of a TIFF"),
     *_of("spinewatch.imaging.tiff_metadata", _MAX_VALUES="values of an entry of a TIFF that is kept"),
     *_of(
         "spinewatch.imaging.jpeg_segments",

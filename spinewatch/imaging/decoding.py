@@ -3,7 +3,7 @@
 Pillow decodes all four formats: OpenCV 4.14 reads 8-bit gray Sun rasters without a colour map as black, rotates TIFFs
 by their orientation tag even with the flag that forbids it, and prints its own messages on stderr. Pillow's own defects
 are worked around: it reduces colour of 16 bits to 8, keeps white as zero in TIFFs of 16 bits, shears Sun rasters with
-run lengths at odd widths and hides that a JPEG or a PNG is damaged.
+run lengths at odd widths and hides that a file is damaged (`spinewatch.imaging.damage`).
 """
 
 from __future__ import annotations
@@ -14,16 +14,14 @@ from PIL import Image
 
 from spinewatch.arrays import Pixels
 from spinewatch.errors import ImageError
+from spinewatch.imaging.damage import DAMAGED, require_undamaged
 from spinewatch.imaging.header import open_image, orientation
-from spinewatch.imaging.jpeg_stream import is_stream_complete
-from spinewatch.imaging.png_stream import require_complete_rows
 from spinewatch.imaging.sun_raster import decode_padded_runs, has_padded_runs
 from spinewatch.imaging.tone import LUMA_BGR
 
 _PHOTOMETRIC_TAG, _WHITE_IS_ZERO = 262, 0
 _BITS_TAG = 258
 _PNG_DEPTH_BYTE = 24
-_DAMAGED = "the image is damaged or incomplete; copy it again"
 
 _UNDO_ORIENTATION = {
     2: Image.Transpose.FLIP_LEFT_RIGHT,
@@ -55,8 +53,7 @@ def decode_image(data: bytes) -> Pixels:
     Raises
     ------
     ImageError
-        As `inspect_image`, and for a truncated or damaged file. Damage of a JPEG is found by `is_stream_complete`, that
-        of a PNG by `require_complete_rows`.
+        As `inspect_image`, and for a truncated or damaged file, as `require_undamaged`.
     MemoryError
         If the process may not have as much memory as the pixels need.
 
@@ -71,8 +68,7 @@ def decode_image(data: bytes) -> Pixels:
     """
     with open_image(data) as image:
         undo = _UNDO_ORIENTATION.get(orientation(image))
-        if image.format == "PNG":
-            require_complete_rows(data)
+        require_undamaged(data, image)
         try:
             image.load()
             if image.format == "SUN" and has_padded_runs(data):
@@ -83,14 +79,11 @@ def decode_image(data: bytes) -> Pixels:
             gray = _gray(stored)
             if _is_white_zero(image):
                 gray = ((1 << image.tag_v2[_BITS_TAG][0]) - 1 - gray).astype(np.uint16)  # type: ignore[attr-defined]
-            complete = image.format != "JPEG" or is_stream_complete(data)
+            return gray
         except MemoryError:
             raise
         except Exception as error:  # decoders of hostile bytes raise exceptions of any class
-            raise ImageError(_DAMAGED) from error
-    if not complete:
-        raise ImageError(f"{_DAMAGED} (its compressed data do not end where the image ends)")
-    return gray
+            raise ImageError(DAMAGED) from error
 
 
 def _gray(image: Image.Image) -> Pixels:

@@ -10,6 +10,7 @@ import zlib
 from collections.abc import Iterator
 
 from spinewatch.errors import ImageError
+from spinewatch.imaging.deflate import inflates_to
 from spinewatch.imaging.png_chunks import SIGNATURE
 
 _SAMPLES = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
@@ -21,8 +22,6 @@ _PASSES = (
 """First column, step of columns, first row and step of rows of each pass of Adam7."""
 _WHOLE = ((0, 1, 0, 1),)
 _LENGTH, _OVERHEAD = 4, 12
-_PIECE = 1 << 14
-_STEP = 1 << 18
 
 
 def require_complete_rows(data: bytes) -> None:
@@ -95,7 +94,7 @@ def are_rows_complete(data: bytes) -> bool:
     first = names.index(b"IDAT")
     if names[first : first + len(parts)].count(b"IDAT") != len(parts):
         return False
-    return _inflates_to(_inflated_size(header), parts)
+    return inflates_to(_inflated_size(header), parts)
 
 
 def _chunks(data: memoryview) -> Iterator[tuple[bytes, memoryview]]:
@@ -125,29 +124,3 @@ def _inflated_size(header: bytes) -> int:
         if columns > 0 and rows > 0:
             size += rows * (1 + -(-columns * bits // 8))
     return size
-
-
-def _inflates_to(size: int, parts: list[memoryview]) -> bool:
-    """Return whether compressed data are sound and have a size when inflated, bytes."""
-    inflate, left = zlib.decompressobj(), size
-    pieces = (part[start : start + _PIECE] for part in parts for start in range(0, len(part), _PIECE))
-    try:
-        for piece in pieces:
-            if inflate.eof:
-                return False
-            for inflated in _inflated(inflate, piece):
-                left -= inflated
-                if left < 0:
-                    return False
-    except zlib.error:
-        return False
-    return inflate.eof and left == 0 and not inflate.unused_data
-
-
-def _inflated(inflate: zlib._Decompress, piece: bytes | memoryview) -> Iterator[int]:
-    """Yield the sizes of what a piece of compressed data is inflated to, bytes, in limited steps."""
-    size = _STEP
-    while piece or size == _STEP:
-        size = len(inflate.decompress(piece, _STEP))
-        piece = inflate.unconsumed_tail
-        yield size

@@ -65,6 +65,34 @@ def has_padded_runs(data: bytes) -> bool:
     return kind == _RUN_LENGTHS and bool((width * depth + 7) // 8 % 2)
 
 
+def are_runs_complete(data: bytes) -> bool:
+    """Return whether the run lengths of a Sun raster are exactly its rows.
+
+    Parameters
+    ----------
+    data
+        Contents of a Sun raster file.
+
+    Returns
+    -------
+    bool
+        False if the runs are too short or too long, or end within a run; True for a file without run lengths. Damage
+        that keeps the number of bytes is not detected.
+
+    Examples
+    --------
+    >>> header = _HEADER.pack(0x59A66A95, 3, 1, 8, 4, 2, 0, 0)
+    >>> are_runs_complete(header + bytes((0x80, 1, 7, 9, 0))), are_runs_complete(header + bytes((0x80, 9, 7, 9, 0)))
+    (True, False)
+    """
+    _, width, height, depth, _, kind, _, map_length = _HEADER.unpack_from(data)
+    if kind != _RUN_LENGTHS:
+        return True
+    row = (width * depth + 7) // 8
+    padded = (row + row % 2) * height
+    return len(_unpack(data[_HEADER.size + map_length :], padded + 1)) in (row * height, padded)
+
+
 def decode_padded_runs(data: bytes) -> Pixels:
     """Return the gray levels of a Sun raster with run lengths and rows of an odd number of bytes.
 
