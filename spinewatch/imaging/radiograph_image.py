@@ -11,10 +11,10 @@ from PIL import Image
 
 from spinewatch.arrays import Pixels
 from spinewatch.errors import ImageError
+from spinewatch.imaging.damage import DAMAGED, require_undamaged
 from spinewatch.imaging.dicom import MAX_RADIOGRAPH_PIXELS, is_dicom, read_dicom
 from spinewatch.imaging.header import open_image
 from spinewatch.imaging.pixel_spacing import SpacingSource
-from spinewatch.imaging.png_stream import require_complete_rows
 from spinewatch.imaging.stated_view import NOTHING_STATED, StatedView
 
 _ORIENTATION_TAG, _UPRIGHT = 274, 1
@@ -75,7 +75,7 @@ def read_radiograph(data: bytes) -> RadiographImage:
     BlankRadiographError
         If all pixels are alike.
     ImageError
-        If another file is no image, is damaged, is too large, or has an orientation tag.
+        If another file is no image, is damaged (`require_undamaged`), is too large, or has an orientation tag.
 
     References
     ----------
@@ -106,8 +106,7 @@ def _gray_levels(data: bytes) -> Pixels:
             raise ImageError(
                 f"the image has more than {MAX_RADIOGRAPH_PIXELS // 1_000_000} million pixels; export it smaller"
             )
-        if image.format == "PNG":
-            require_complete_rows(data)
+        require_undamaged(data, image)
         try:
             tags = getattr(image, "tag_v2", None) or image.getexif()
             orientation = tags.get(_ORIENTATION_TAG, _UPRIGHT)
@@ -125,7 +124,7 @@ def _gray_levels(data: bytes) -> Pixels:
         except MemoryError:  # says nothing of the file
             raise
         except Exception as error:  # decoders of hostile bytes raise exceptions of any class
-            raise ImageError("the image is damaged or incomplete; copy it again") from error
+            raise ImageError(DAMAGED) from error
     raise ImageError("the image has an orientation tag; save it upright, without one")
 
 

@@ -156,3 +156,34 @@ def test_too_many_pixels_are_refused_before_decoding() -> None:
 def test_what_is_no_image_or_damaged_is_refused(content: bytes) -> None:
     with pytest.raises(ImageError):
         read_radiograph(content)
+
+
+DAMAGED = np.clip(np.random.default_rng(4).normal(90, 20, (90, 120)), 0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize(
+    ("kind", "options"),
+    [
+        ("JPEG", {"quality": 90}),
+        ("PNG", {}),
+        ("TIFF", {"compression": "tiff_lzw"}),
+        ("TIFF", {"compression": "tiff_adobe_deflate"}),
+        ("TIFF", {"compression": "jpeg"}),
+    ],
+    ids=["JPEG", "PNG", "LZW", "Deflate", "JPEG in TIFF"],
+)
+@pytest.mark.parametrize("share", [0.5, 0.7])
+def test_a_file_with_forty_wrong_bytes_is_refused(kind: str, options: dict[str, object], share: float) -> None:
+    data = saved(Image.fromarray(DAMAGED), kind, **options)
+    place = int(len(data) * share)
+    with pytest.raises(ImageError, match="damaged or incomplete"):
+        read_radiograph(data[:place] + bytes(40) + data[place + 40 :])
+
+
+@pytest.mark.parametrize("bit", range(8))
+@pytest.mark.parametrize("share", [0.2, 0.4, 0.6, 0.8])
+def test_a_flipped_bit_in_a_tiff_with_deflate_is_refused(share: float, bit: int) -> None:
+    data = bytearray(saved(Image.fromarray(DAMAGED), "TIFF", compression="tiff_adobe_deflate"))
+    data[int(len(data) * share)] ^= 1 << bit
+    with pytest.raises(ImageError, match="damaged or incomplete"):
+        read_radiograph(bytes(data))
