@@ -9,6 +9,7 @@ from pydantic import AfterValidator, Field
 from contract.base import Schema
 from spinewatch.errors import ParameterError
 from spinewatch.markers import TriadModel, parse_marker
+from spinewatch.numbers import parse_number
 
 MAX_MARKERS = 8
 
@@ -18,7 +19,7 @@ _MAX_RANGE_MM = 1e5
 
 def parse_range(text: str) -> tuple[float, float]:
     """Return the nearest and the farthest range of ``630,760``, mm; raise ``ValueError`` unless one is nearer."""
-    near, far = (float(number) for number in text.split(","))
+    near, far = (parse_number(number) for number in text.split(","))
     if not 0 < near < far <= _MAX_RANGE_MM:
         raise ValueError("must be the nearest and the farthest range, mm, such as 630,760")
     return near, far

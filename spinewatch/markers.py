@@ -11,6 +11,7 @@ import numpy as np
 
 from spinewatch.arrays import Bool, Float, Int
 from spinewatch.errors import ParameterError
+from spinewatch.numbers import parse_number
 
 _FLAT_VOLUME_MM3 = 1.0
 """Four balls whose determinant is smaller than this lie in a plane."""
@@ -291,7 +292,7 @@ def parse_marker(text: str) -> TriadModel:
             f"marker {text!r} is none of {', '.join(sorted(MODELS))}, flat:... or orthogonal:..."
         )
     try:
-        xx, yy, third = (float(length) for length in legs.split(","))
+        xx, yy, third = (parse_number(length) for length in legs.split(","))
     except ValueError as error:
         raise ParameterError(f"marker {text!r} must have 3 numbers, like {kind}:18,14,10") from error
     if not all(0 < length <= _MAX_LEG_MM for length in (xx, yy, third)):

@@ -6,6 +6,7 @@ from spinewatch.calibration.files import solve_parameters
 from spinewatch.calibration.points import Sensor
 from spinewatch.calibration.solve.parameters import SolveParameters
 from spinewatch.errors import ParameterError
+from spinewatch.numbers import parse_number
 
 _LARGEST = 1e5
 
@@ -36,11 +37,13 @@ def two_numbers(
     text: str, separator: str, option: str, bounds: tuple[float, float] = (1e-6, _LARGEST)
 ) -> tuple[float, float]:
     """Return the two numbers of an option, each within the bounds; raises ``ParameterError``."""
-    try:
-        a, b = (float(part) for part in text.lower().split(separator))
-    except ValueError as error:
-        raise ParameterError(f"{option} {text!r} must be two numbers separated by {separator!r}") from error
     low, high = bounds
+    try:
+        a, b = (parse_number(part) for part in text.lower().split(separator))
+    except ValueError as error:
+        raise ParameterError(
+            f"{option} {text!r} must be two numbers separated by {separator!r}, each from {low:g} to {high:g}"
+        ) from error
     if not (low <= a <= high and low <= b <= high):
         raise ParameterError(f"{option} {text!r} must be two numbers from {low:g} to {high:g}")
     return a, b
@@ -49,7 +52,7 @@ def two_numbers(
 def _fixed_parameter(text: str) -> tuple[str, float]:
     name, _, value = text.partition("=")
     try:
-        number = float(value)
+        number = parse_number(value)
         if not abs(number) <= _LARGEST:
             raise ValueError("not a number that a parameter can have")
         return name.strip(), number

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, Field
 
 from spinewatch.calibration.solve.collinearity import EXTERIOR_NAMES, THESIS_NAMES
+from spinewatch.numbers import parse_number
 
 INTERIOR = THESIS_NAMES[len(EXTERIOR_NAMES) :]
 """Interior parameters that may be adjusted or fixed."""
@@ -18,7 +19,7 @@ _NUMBER = r"[+-]?[0-9]{1,9}(\.[0-9]{1,15})?([eE][+-]?[0-9]{1,2})?"
 
 def parse_pixel_size(text: str) -> tuple[float, float]:
     """Return width and height of ``0.01,0.00845``, mm; raises ``ValueError`` unless both are positive."""
-    width, height = (float(number) for number in text.split(","))
+    width, height = (parse_number(number) for number in text.split(","))
     if not (width > 0 and height > 0):
         raise ValueError("must be two positive numbers")
     return width, height
@@ -35,7 +36,7 @@ def parse_fix(text: str) -> dict[str, float]:
     """Return the values by name of ``x0=0,y0=0``; raises ``ValueError`` if a name is repeated."""
     pairs = [item.split("=") for item in text.split(",")]
     _require_distinct([name for name, _ in pairs])
-    return {name: float(value) for name, value in pairs}
+    return {name: parse_number(value) for name, value in pairs}
 
 
 def _require_distinct(names: Sequence[str]) -> None:

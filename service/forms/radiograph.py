@@ -21,6 +21,7 @@ from spinewatch.imaging.pixel_spacing import (
 )
 from spinewatch.imaging.radiograph_image import RadiographImage
 from spinewatch.imaging.stated_view import require_view
+from spinewatch.numbers import parse_number
 from store.images import NewImage
 from store.radiographs import NewRadiograph
 
@@ -35,7 +36,7 @@ class PixelSpacingMissingError(SpinewatchError):
 
 def parse_spacing(text: str) -> tuple[float, float]:
     """Return rows and columns of ``0.143,0.143``, mm; raises ``ValueError`` unless they are those of a radiograph."""
-    spacing = plausible_spacing([float(number) for number in text.split(",")])
+    spacing = plausible_spacing([parse_number(number) for number in text.split(",")])
     if spacing is None:
         raise ValueError(
             f"must be two numbers from {MIN_SPACING_MM} to {MAX_SPACING_MM} mm, the larger at most"

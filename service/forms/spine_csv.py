@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 from typing import Literal
 
 from pydantic import ValidationError
 
 from contract.setup_checks import SpineSetupError
 from contract.spine_setup import POSITION_SD_MM, ROTATION_SD_DEG, InitialPoses, VertebraPose
+from spinewatch.numbers import NumberTextError, parse_number
 
 REQUIRED = ("vertebra", "x_mm", "y_mm", "z_mm", "coronal_deg", "sagittal_deg", "axial_deg")
 OPTIONAL = ("position_sd_mm", "rotation_sd_deg")
@@ -74,12 +74,9 @@ def _pose(number: int, header: list[str], row: list[str]) -> VertebraPose:
 
 def _number(place: tuple[int, str], cell: str) -> float:
     try:
-        number = float(cell)
-    except ValueError:
-        number = math.nan
-    if not math.isfinite(number):
-        raise _error(place, "this is not a number; write it with a decimal point")
-    return number
+        return parse_number(cell)
+    except NumberTextError as error:
+        raise _error(place, f"this {error}; write digits with a decimal point") from error
 
 
 def _error(place: tuple[str | int, ...], problem: str) -> SpineSetupError:

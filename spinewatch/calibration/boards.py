@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass
 
@@ -12,6 +11,7 @@ import numpy as np
 from spinewatch.arrays import Float
 from spinewatch.calibration.control_field import ControlField
 from spinewatch.calibration.errors import ControlFieldError
+from spinewatch.numbers import NumberTextError, parse_number
 
 _MIN_CORNERS = 3
 _MAX_CORNERS = 40
@@ -199,9 +199,9 @@ def _counts(name: str, text: str, expected: str, more: int = 0) -> tuple[int, in
 
 def _size(name: str, text: str, expected: str) -> float:
     try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0 < value < math.inf:
+        value = parse_number(text)
+    except NumberTextError:
+        value = 0.0
+    if value <= 0:
         raise ControlFieldError(f"{name!r}: {text!r} is not a size in mm; {expected}")
     return value

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +15,7 @@ import numpy as np
 from spinewatch.calibration.control_field import ControlField
 from spinewatch.calibration.errors import ControlFieldError, PointsError
 from spinewatch.calibration.points import ImagePoints
+from spinewatch.numbers import NumberTextError, parse_number
 
 _OBJECT = ("x_mm", "y_mm", "z_mm")
 _IMAGE = ("u_px", "v_px")
@@ -187,11 +187,9 @@ def _with_decimal_points(
 
 def _number(line: _Line, key: str, name: str, error: _TableError) -> float:
     try:
-        value = float(line.cells[key])
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
+        return parse_number(line.cells[key])
+    except NumberTextError as reason:
         raise error(
-            f"{name}, line {line.at}: {key} is {line.cells[key]!r}; give a number, or leave the point out"
-        )
-    return value
+            f"{name}, line {line.at}: {key} is {line.cells[key]!r}, which {reason}; give a number,"
+            " or leave the point out"
+        ) from reason

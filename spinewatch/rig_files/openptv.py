@@ -19,6 +19,7 @@ from spinewatch.arrays import Float
 from spinewatch.camera import Camera
 from spinewatch.errors import RigError
 from spinewatch.geometry.rotations import rotation_from_angles
+from spinewatch.numbers import NumberTextError, parse_number
 from spinewatch.rig_plausibility import pixel_grid
 
 _GRID = 21
@@ -236,11 +237,9 @@ def _distort(ideal: Float, added: Float) -> Float:
 
 def _numbers(text: str, count: int, what: str) -> list[float]:
     try:
-        values = [float(word) for word in text.split()]
-    except ValueError as error:
-        raise RigError(what, "has an entry that is not a number") from error
+        values = [parse_number(word) for word in text.split()]
+    except NumberTextError as error:
+        raise RigError(what, f"has an entry that {error}") from error
     if len(values) != count:
         raise RigError(what, f"has {len(values)} numbers; an {what} file has {count}")
-    if not all(map(math.isfinite, values)):
-        raise RigError(what, "must be finite")
     return values

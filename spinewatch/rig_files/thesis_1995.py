@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping
 from spinewatch.camera import Camera, Rig
 from spinewatch.errors import ParameterError, RigError
 from spinewatch.geometry.angles import degrees_from_dms, dms_from_degrees
+from spinewatch.numbers import NumberTextError, parse_number
 from spinewatch.rig_files.plate_origin import about_plate_origin, about_principal_point
 from spinewatch.rig_plausibility import SIDES, is_parallel, sees_common_field, with_angles
 
@@ -110,12 +111,10 @@ def _camera(side: str, words: list[str], size: tuple[int, int], pixel: tuple[flo
     values = {}
     for key, word in zip(_NAMES, words, strict=True):
         try:
-            values[key] = float(word)
-        except ValueError as error:
+            values[key] = parse_number(word)
+        except NumberTextError as error:
             hint = "; write a decimal point" if "," in word else ""
-            raise RigError(f"{side}.{key}", f"is {word!r}, not a number{hint}") from error
-        if not math.isfinite(values[key]):
-            raise RigError(f"{side}.{key}", "must be finite")
+            raise RigError(f"{side}.{key}", f"is {word!r}, which {error}{hint}") from error
     try:
         omega, phi, kappa = (degrees_from_dms(values[key]) for key in ("omega", "phi", "kappa"))
     except ParameterError as error:

@@ -14,6 +14,7 @@ import numpy as np
 
 from spinewatch.arrays import Float, Int
 from spinewatch.errors import SpinewatchError
+from spinewatch.numbers import NumberTextError, parse_number
 from spinewatch.thesis_1995.match_point import MatchPoint
 
 FEATURES = ("number", "u_px", "v_px", "score")
@@ -359,6 +360,13 @@ def _rows(text: str) -> list[tuple[int, list[str]]]:
     ]
 
 
+def _number(line: int, word: str) -> float:
+    try:
+        return parse_number(word)
+    except NumberTextError as error:
+        raise DataFileError(f"line {line} contains {word!r}, which {error}; correct it") from error
+
+
 def _numbers(rows: Sequence[tuple[int, Sequence[str]]], columns: Sequence[str]) -> Float:
     """Return rows as numbers, shape (n, columns)."""
     values = []
@@ -367,13 +375,5 @@ def _numbers(rows: Sequence[tuple[int, Sequence[str]]], columns: Sequence[str]) 
             raise DataFileError(
                 f"line {line} has {len(words)} entries; write {len(columns)}: {' '.join(columns)}"
             )
-        try:
-            row = [float(word) for word in words]
-        except ValueError as error:
-            raise DataFileError(
-                f"line {line} contains {error.args[0].split(': ')[-1]}, which is no number"
-            ) from error
-        if not np.all(np.isfinite(row)):
-            raise DataFileError(f"line {line} contains a number that is not finite; correct it")
-        values.append(row)
+        values.append([_number(line, word) for word in words])
     return np.array(values, dtype=np.float64).reshape(-1, len(columns))

@@ -99,6 +99,8 @@ def test_a_marker_is_described_by_its_legs() -> None:
         "flat:18,-14,10",
         "flat:18,nan,10",
         "flat:18,14,inf",
+        "flat:1_8,14,10",
+        "flat:\u0661\u0668,14,10",
     ],
 )
 def test_texts_that_describe_no_marker_are_refused(text: str) -> None:

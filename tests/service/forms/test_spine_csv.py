@@ -54,6 +54,8 @@ def test_numbers_are_read_to_the_last_bit(numbers: list[float]) -> None:
         (f"{HEADER}\n{ROWS}T7,1,2,,4,5,6\n".encode(), ("csv", "row 4", "z_mm")),
         (f"{HEADER}\n{ROWS}T7,1,2,inf,4,5,6\n".encode(), ("csv", "row 4", "z_mm")),
         (f"{HEADER}\n{ROWS}T7,1,2,=1+1,4,5,6\n".encode(), ("csv", "row 4", "z_mm")),
+        (f"{HEADER}\n{ROWS}T7,1,2,1_80,4,5,6\n".encode(), ("csv", "row 4", "z_mm")),
+        (f"{HEADER}\n{ROWS}T7,1,2,3,\u0661\u0662,5,6\n".encode(), ("csv", "row 4", "coronal_deg")),
         (f"{HEADER}\n{ROWS},1,2,3,4,5,6\n".encode(), ("csv", "row 4", "vertebra")),
         ((HEADER + "\n" + 31 * "T9,1,2,3,4,5,6\n").encode(), ("csv",)),
     ],

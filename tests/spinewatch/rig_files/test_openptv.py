@@ -66,6 +66,8 @@ def test_round_trip_projects_alike_within_the_stated_errors(seed: int) -> None:
         ("1 2 3", ADDPAR, "21"),
         (ORI, "0 0", "7"),
         (ORI.replace("70.0000", "x"), ADDPAR, "not a number"),
+        (ORI.replace("70.0000", "7_0.0000"), ADDPAR, "underscore"),
+        (ORI.replace("70.0000", "nan"), ADDPAR, "not finite"),
         (ORI.replace("70.0000", "nan"), ADDPAR, "finite"),
         (ORI.replace("70.0000", "-70"), ADDPAR, "positive"),
         (ORI.replace("2.98297501", "2.78297501"), ADDPAR, "contradict"),

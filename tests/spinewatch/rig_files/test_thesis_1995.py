@@ -53,6 +53,8 @@ def test_round_trip_keeps_all_rays_within_the_stated_errors(seed: int) -> None:
     ("old", "new", "problem"),
     [
         ("7.776", "x", "not a number"),
+        ("7.776", "7_776", "underscore"),
+        ("7.776", "inf", "not finite"),
         ("7.776", "7,776", "decimal point"),
         ("7.776", "inf", "finite"),
         ("7.776", "-7.776", "positive"),

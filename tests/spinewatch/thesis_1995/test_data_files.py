@@ -75,8 +75,9 @@ def test_a_triad_without_a_label_stays_without_one() -> None:
     ("read", "text", "problem"),
     [
         (parse_features, "1 2\n", "line 1 has 2 entries"),
-        (parse_features, "# a comment\n1 2 x 1\n", "line 2 contains 'x', which is no number"),
+        (parse_features, "# a comment\n1 2 x 1\n", "line 2 contains 'x', which is not a number"),
         (parse_features, "1 2 nan 1\n", "not finite"),
+        (parse_features, "1 2_0 3 1\n", "'2_0', which has an underscore"),
         (parse_world_points, "1 2 3\n", "number X_mm Y_mm Z_mm"),
         (parse_match_coordinates, "1 0 1 0 0 0 0\n", "whole numbers from 1"),
         (parse_match_coordinates, "1 1.5 1 0 0 0 0\n", "whole numbers from 1"),
