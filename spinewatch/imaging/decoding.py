@@ -21,6 +21,7 @@ from spinewatch.imaging.tone import LUMA_BGR
 
 _PHOTOMETRIC_TAG, _WHITE_IS_ZERO = 262, 0
 _BITS_TAG = 258
+_PLANES_TAG, _SEPARATE = 284, 2
 _PNG_DEPTH_BYTE = 24
 
 _UNDO_ORIENTATION = {
@@ -69,11 +70,14 @@ def decode_image(data: bytes) -> Pixels:
     with open_image(data) as image:
         undo = _UNDO_ORIENTATION.get(orientation(image))
         require_undamaged(data, image)
+        is_deep = _is_deep_colour(image, data)
+        if is_deep and image.format == "TIFF":
+            _require_plain_layout(image)
         try:
             image.load()
             if image.format == "SUN" and has_padded_runs(data):
                 return decode_padded_runs(data)
-            if undo is None and _is_deep_colour(image, data):
+            if is_deep:
                 return _deep_luma(data)
             stored = image if undo is None else image.transpose(undo)
             gray = _gray(stored)
@@ -108,6 +112,21 @@ def _is_deep_colour(image: Image.Image, data: bytes) -> bool:
     if image.format == "TIFF":
         return 16 in getattr(image, "tag_v2", {}).get(_BITS_TAG, ())
     return image.format == "PNG" and data[_PNG_DEPTH_BYTE] == 16
+
+
+def _require_plain_layout(image: Image.Image) -> None:
+    """Refuse a TIFF with colour of 16 bits in a layout that OpenCV does not decode as it is stored."""
+    tags = getattr(image, "tag_v2", {})
+    if tags.get(_PLANES_TAG) == _SEPARATE:
+        raise ImageError(
+            "the TIFF image has 16-bit colour in planes one after the other, which is not supported; export it with"
+            " interleaved colours, or as gray of 16 bits"
+        )
+    if orientation(image) in _UNDO_ORIENTATION:
+        raise ImageError(
+            "the TIFF image has 16-bit colour and an orientation tag, which is not supported; export it without the"
+            " tag, or as gray of 16 bits"
+        )
 
 
 def _deep_luma(data: bytes) -> Pixels:

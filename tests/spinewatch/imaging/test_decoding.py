@@ -16,6 +16,7 @@ from PIL import Image
 from spinewatch.errors import ImageError
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.header import inspect_image
+from tests.tiff_files import tiff
 
 GRAY = np.random.default_rng(7).integers(0, 256, (40, 64), dtype=np.uint8)
 GRAY16 = GRAY.astype(np.uint16) * 256 + 17
@@ -176,3 +177,31 @@ def test_colour_of_sixteen_bits_keeps_its_depth(extension: str) -> None:
     image = decode_image(opencv(extension, cv2.merge([twelve] * 3)))
     assert image.dtype == np.uint16
     np.testing.assert_array_equal(image, twelve)
+
+
+COLOUR16 = np.stack([GRAY16 >> 4] * 3, axis=-1)
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize("compression", [1, 8])
+def test_planes_of_sixteen_bit_colour_are_refused_by_name(order: Any, compression: int) -> None:
+    with pytest.raises(ImageError, match="16-bit colour in planes one after the other"):
+        decode_image(tiff(COLOUR16, 16, planar=2, order=order, compression=compression))
+
+
+@pytest.mark.parametrize("orientation", range(2, 9))
+def test_sixteen_bit_colour_with_an_orientation_is_refused_by_name(orientation: int) -> None:
+    with pytest.raises(ImageError, match="16-bit colour and an orientation tag"):
+        decode_image(tiff(COLOUR16, 16, orientation=orientation))
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_sixteen_bits_keep_their_depth_with_an_orientation(orientation: int) -> None:
+    np.testing.assert_array_equal(decode_image(tiff(GRAY16, 16, orientation=orientation)), GRAY16)
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+@pytest.mark.parametrize("planar", [1, 2])
+def test_colour_of_eight_bits_is_read_in_every_layout(planar: int, orientation: int) -> None:
+    data = tiff(np.stack([GRAY] * 3, axis=-1), 8, planar=planar, orientation=orientation)
+    np.testing.assert_array_equal(decode_image(data), GRAY)

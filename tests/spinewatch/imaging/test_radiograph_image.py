@@ -173,7 +173,9 @@ DAMAGED = np.clip(np.random.default_rng(4).normal(90, 20, (90, 120)), 0, 255).as
     ids=["JPEG", "PNG", "LZW", "Deflate", "JPEG in TIFF"],
 )
 @pytest.mark.parametrize("share", [0.5, 0.7])
-def test_a_file_with_forty_wrong_bytes_is_refused(kind: str, options: dict[str, object], share: float) -> None:
+def test_a_file_with_forty_wrong_bytes_is_refused(
+    kind: str, options: dict[str, object], share: float
+) -> None:
     data = saved(Image.fromarray(DAMAGED), kind, **options)
     place = int(len(data) * share)
     with pytest.raises(ImageError, match="damaged or incomplete"):
