@@ -13,6 +13,7 @@ from spinewatch.progress import Progress, part, silent
 from store.database import sqlite_path
 from store.digests import TABLE, has_digests, write_digests
 from store.errors import BackupError
+from store.partial_file import partial_file
 
 _STEPS_PER_REPORT = 500
 """Steps of SQLite's virtual machine between two reports; an image takes some dozens."""
@@ -108,16 +109,13 @@ def restore(
     kept = _kept_name(target, now) if exists else None
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        temporary = _created(target.with_name(f".{target.name}.restoring-{os.getpid()}"))
-        try:
+        with partial_file(target, _COMPANIONS) as (temporary, _):
             _copy(copy, temporary, progress)
             _drop_digests(temporary, copy)
             with _unused(target):
                 _move_aside(target, kept)
                 os.replace(temporary, target)
                 _sync(target.parent)
-        finally:
-            _remove(temporary)
     except OSError as error:
         raise BackupError(f"cannot restore to {target}: {error.strerror}: {error.filename}") from error
     return kept
@@ -175,16 +173,12 @@ def require_new(target: Path) -> None:
 @contextmanager
 def _new_file(target: Path) -> Iterator[Path]:
     """Give a temporary file beside a target, which gets the target's name at the end."""
-    temporary = target.with_name(f".{target.name}.partial-{os.getpid()}")
     try:
-        _created(temporary)
-        try:
+        with partial_file(target, _COMPANIONS) as (temporary, _):
             yield temporary
             _sync(temporary)
             _give_name(temporary, target)
             _sync(target.parent)
-        finally:
-            _remove(temporary)
     except OSError as error:
         raise BackupError(f"cannot write {target}: {error.strerror}") from error
 
@@ -208,11 +202,6 @@ def _drop_digests(temporary: Path, copy: Path) -> None:
             f"{copy} is not a whole copy of a database: {error}; choose another backup"
         ) from error
     _sync(temporary)
-
-
-def _remove(temporary: Path) -> None:
-    for ending in ("", *_COMPANIONS):
-        temporary.with_name(temporary.name + ending).unlink(missing_ok=True)
 
 
 def _give_name(temporary: Path, target: Path) -> None:
@@ -278,12 +267,6 @@ def _kept_name(target: Path, now: datetime) -> Path:
     stem = f"{target.stem}-replaced-{now:%Y%m%dT%H%M%SZ}"
     names = (f"{stem}{f'-{n}' if n else ''}{target.suffix}" for n in range(1000))
     return next(path for name in names if not (path := target.with_name(name)).exists())
-
-
-def _created(path: Path) -> Path:
-    """Return a new empty file that only its owner can read."""
-    os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
-    return path
 
 
 def _copy(source: Path, target: Path, progress: Progress) -> None:

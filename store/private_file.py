@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from store.errors import ExportFileError
+from store.partial_file import partial_file
 
 
 @contextmanager
@@ -30,20 +31,16 @@ def private_file(target: Path) -> Iterator[BinaryIO]:
     ExportFileError
         The file exists or cannot be written.
     """
-    partial = target.with_name(f".{target.name}.partial-{os.getpid()}")
     if os.path.lexists(target):
         raise ExportFileError(f"{target} exists; choose another name")
     try:
-        handle = os.open(partial, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600)
-        try:
-            with os.fdopen(handle, "w+b") as stream:
+        with partial_file(target) as (partial, handle):
+            with os.fdopen(handle, "w+b", closefd=False) as stream:
                 yield stream
                 stream.flush()
                 os.fsync(stream.fileno())
             os.rename(partial, target)
             _sync_folder(target.parent)
-        finally:
-            partial.unlink(missing_ok=True)
     except OSError as error:
         raise ExportFileError(f"cannot write {target}: {error.strerror}; choose another folder") from error
 
