@@ -14,7 +14,7 @@ def packed(content: bytes) -> bytes:
     buffer = BytesIO()
     Image.frombytes("L", (len(content), 1), content).save(buffer, "TIFF", compression="tiff_lzw")
     with Image.open(buffer) as image:
-        (place,), (size,) = image.tag_v2[273], image.tag_v2[279]
+        (place,), (size,) = image.tag_v2[273], image.tag_v2[279]  # type: ignore[attr-defined]
     return buffer.getvalue()[place : place + size]
 
 
