@@ -6,6 +6,7 @@ import os
 import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from store.database import sqlite_path
 from store.digests import TABLE, has_digests, write_digests
 from store.errors import BackupError
 from store.partial_file import partial_file
+from store.restored_access import limit_access, revocations
 
 _STEPS_PER_REPORT = 500
 """Steps of SQLite's virtual machine between two reports; an image takes some dozens."""
@@ -25,6 +27,25 @@ _COPY_BYTES = 1 << 20
 
 _COPIED = 0.9
 """Fraction of the work that is done when the digests begin."""
+
+
+@dataclass(frozen=True)
+class Restored:
+    """What became of a database that was replaced.
+
+    Attributes
+    ----------
+    kept
+        The file that has the old database, None when there was none.
+    revoked
+        Visible parts of the keys that are valid in the backup and were revoked as in the old database.
+    knows_revocations
+        Whether the old database could be asked.
+    """
+
+    kept: Path | None
+    revoked: tuple[str, ...]
+    knows_revocations: bool
 
 
 def back_up(url: str, target: Path, progress: Progress = silent) -> int:
@@ -74,10 +95,10 @@ def back_up(url: str, target: Path, progress: Progress = silent) -> int:
         return temporary.stat().st_size
 
 
-def restore(
-    url: str, copy: Path, now: datetime, *, replace: bool, progress: Progress = silent
-) -> Path | None:
+def restore(url: str, copy: Path, now: datetime, *, replace: bool, progress: Progress = silent) -> Restored:
     """Put a copy of a database in its place, without its digests; the database that was there is kept beside it.
+
+    All sessions are ended, and keys that the database there had revoked are revoked in the copy.
 
     Parameters
     ----------
@@ -94,8 +115,8 @@ def restore(
 
     Returns
     -------
-    Path or None
-        The file that has the old database, None when there was none.
+    Restored
+        The file that has the old database, and the keys that were revoked.
 
     Raises
     ------
@@ -112,13 +133,17 @@ def restore(
         with partial_file(target, _COMPANIONS) as (temporary, _):
             _copy(copy, temporary, progress)
             _drop_digests(temporary, copy)
-            with _unused(target):
+            with _unused(target) as replaced:
+                revoked = None if replaced is None else revocations(replaced)
+                with closing(_connect(temporary)) as connection:
+                    again = limit_access(connection, revoked or [])
+                _sync(temporary)
                 _move_aside(target, kept)
                 os.replace(temporary, target)
                 _sync(target.parent)
     except OSError as error:
         raise BackupError(f"cannot restore to {target}: {error.strerror}: {error.filename}") from error
-    return kept
+    return Restored(kept, tuple(again), knows_revocations=revoked is not None)
 
 
 def database_file(url: str) -> Path:
@@ -234,10 +259,10 @@ def _reporter(connection: sqlite3.Connection, copy: Path, progress: Progress) ->
 
 
 @contextmanager
-def _unused(target: Path) -> Iterator[None]:
+def _unused(target: Path) -> Iterator[sqlite3.Connection | None]:
     """Hold a database that no process has open, with everything in its one file."""
     if not os.path.isfile(target):
-        yield
+        yield None
         return
     connection = sqlite3.connect(target, isolation_level=None, timeout=0)
     with closing(connection):
@@ -251,7 +276,9 @@ def _unused(target: Path) -> Iterator[None]:
             ) from error
         except sqlite3.DatabaseError:  # it is broken, so that nothing can use it
             connection.close()
-        yield
+            yield None
+            return
+        yield connection
 
 
 def _move_aside(target: Path, kept: Path | None) -> None:

@@ -66,6 +66,7 @@ class Action(StrEnum):
     SESSION_STARTED = "session:started"
     SESSION_ENDED = "session:ended"
     REQUEST_REFUSED = "request:refused"
+    DATABASE_RESTORED = "database:restored"
     JOB_STARTED = "job:started"
     JOB_REQUEUED = "job:requeued"
     JOB_FAILED = "job:failed"

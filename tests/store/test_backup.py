@@ -4,12 +4,16 @@ import subprocess
 import sys
 import threading
 from contextlib import closing
+from datetime import timedelta
 from pathlib import Path
 
 import pytest
 from sqlalchemy import select, text
 
+from contract.event import Actor, ActorKind
+from contract.key import NewKey, Scope
 from migrations.history import upgrade
+from store import keys, sessions
 from store.backup import back_up, restore
 from store.database import Database, sqlite_path
 from store.digests import TABLE
@@ -132,14 +136,14 @@ def test_a_restored_database_is_the_copy_and_the_old_one_is_kept(database: Datab
     with pytest.raises(BackupError, match="--replace"):
         restore(database.url, copy, NOON, replace=False)
     assert surgery_ids(database.url) == {first, second}
-    kept = restore(database.url, copy, NOON, replace=True)
+    kept = restore(database.url, copy, NOON, replace=True).kept
     assert kept is not None
     assert kept.name == "database-replaced-20261121T120000Z.sqlite"
     assert surgery_ids(database.url) == {first}
     assert surgery_ids(f"sqlite:///{kept}") == {first, second}
     assert len(list(tmp_path.iterdir())) == 3
     assert file_of(database).stat().st_mode & 0o777 == 0o600
-    again = restore(database.url, copy, NOON, replace=True)
+    again = restore(database.url, copy, NOON, replace=True).kept
     assert again is not None
     assert again != kept
     assert {path.name for path in tmp_path.iterdir()} == {copy.name, kept.name, again.name, "database.sqlite"}
@@ -148,7 +152,7 @@ def test_a_restored_database_is_the_copy_and_the_old_one_is_kept(database: Datab
 def test_a_restored_database_works(database: Database, tmp_path: Path) -> None:
     back_up(database.url, tmp_path / "copy.sqlite")
     url = f"sqlite:///{tmp_path / 'new' / 'place.sqlite'}"
-    assert restore(url, tmp_path / "copy.sqlite", NOON, replace=False) is None
+    assert restore(url, tmp_path / "copy.sqlite", NOON, replace=False).kept is None
     upgrade(url)
     restored = Database(url)
     require_revision(restored)
@@ -229,7 +233,7 @@ def test_a_broken_database_is_replaced_and_kept(database: Database, tmp_path: Pa
     back_up(database.url, copy)
     database.close()
     file_of(database).write_bytes(b"broken" * 500)
-    kept = restore(database.url, copy, NOON, replace=True)
+    kept = restore(database.url, copy, NOON, replace=True).kept
     assert kept is not None
     assert kept.read_bytes() == b"broken" * 500
     assert surgery_ids(database.url) == {surgery}
@@ -243,8 +247,34 @@ def test_what_was_only_in_the_write_ahead_log_is_kept_too(database: Database, tm
         "c.execute('CREATE TABLE late (x)'); c.commit(); os._exit(0)"
     )
     subprocess.run([sys.executable, "-c", code, str(file_of(database))], check=True)
-    kept = restore(database.url, tmp_path / "copy.sqlite", NOON, replace=True)
+    kept = restore(database.url, tmp_path / "copy.sqlite", NOON, replace=True).kept
     old = Database(f"sqlite:///{kept}")
     with old.read() as session:
         assert session.scalars(text("SELECT x FROM late")).all() == []
     old.close()
+
+
+def test_a_restored_backup_lets_in_nobody_who_was_kept_out(database: Database, tmp_path: Path) -> None:
+    actor = Actor(kind=ActorKind.COMMAND, name="test")
+    with database.write() as session:
+        stolen, good = (
+            keys.add(session, NewKey(name=name, scopes=[Scope.STAGE_READ]), NOON, actor)[1]
+            for name in ("a", "b")
+        )
+        session.flush()
+        row = keys.authenticate(session, good, NOON)
+        assert row is not None
+        sessions.start(session, row, NOON, timedelta(hours=1), actor)
+    back_up(database.url, tmp_path / "copy.sqlite")
+    with database.write() as session:
+        keys.revoke(session, stolen[3:11], NOON, actor)
+    database.close()
+    restored = restore(database.url, tmp_path / "copy.sqlite", NOON, replace=True)
+    assert (restored.revoked, restored.knows_revocations) == ((stolen[3:11],), True)
+    with closing(sqlite3.connect(file_of(database))) as connection:
+        assert connection.execute("SELECT count(*) FROM api_sessions").fetchone() == (0,)
+    again = Database(database.url)
+    with again.read() as session:
+        assert keys.authenticate(session, stolen, NOON) is None
+        assert keys.authenticate(session, good, NOON) is not None
+    again.close()
