@@ -137,7 +137,7 @@ def test_sound_images_have_no_flag(name: str, detector: BallDetector) -> None:
 
 
 def test_blur_enlarges_the_deviations_along_its_direction(detector: BallDetector) -> None:
-    left, right = (Frame(np.asarray(cv2.blur(f.pixels, (6, 1)), np.uint8), f.side) for f in pair("PRE"))
+    left, right = (Frame(np.asarray(cv2.blur(f.pixels, (5, 1)), np.uint8), f.side) for f in pair("PRE"))
     tolerant = replace(detector.searches[0].parameters, sharpness=SharpnessParameters(max_width_px=99))
     first, second = (replace(search, parameters=tolerant) for search in detector.searches)
     plain = replace(detector, searches=(first, second))

@@ -120,20 +120,27 @@ def test_covariances_in_the_image_are_those_of_a_ball_of_that_size_and_probable_
     assert np.array_equal(seen.probable(float(np.median(odds))), odds > np.median(odds))
 
 
-def test_centres_are_better_where_the_other_balls_are_known() -> None:
+def test_odds_and_the_errors_that_a_view_shares_are_better_where_the_other_balls_are_known() -> None:
     network, *_ = default_networks().refinement_networks(10.0)
     parameters = ExampleParameters(network.grid, (8.0, 12.0), wider=12.0)
     examples = random_examples(np.random.default_rng(8), 1600, parameters)
-    errors = []
+    losses, shared_errors = [], []
     for known in (clear(examples), np.zeros(1600, dtype=bool)):
-        parts = []
+        log_odds, shared = [], []
         for image in range(examples.image.max() + 1):
             of_image = examples.image == image
             patches = examples.patches[of_image].astype(np.float32)
             lighting = Lighting.expected(examples.up[of_image][0].astype(float))
-            parts.append(predict_balls(network, patches, lighting, known[of_image]).offset)
-        errors.append(np.abs(examples.offset - np.concatenate(parts))[clear(examples)])
-    assert np.median(errors[0]) < 0.98 * np.median(errors[1])
+            seen = predict_balls(network, patches, lighting, known[of_image])
+            log_odds.append(seen.log_odds)
+            balls = clear(examples)[of_image]
+            if balls.sum() >= 4:
+                shared.append(np.median((examples.offset[of_image] - seen.offset)[balls], axis=0))
+        of_all = np.concatenate(log_odds)
+        losses.append(np.mean(np.logaddexp(0, of_all) - examples.ball * of_all))
+        shared_errors.append(np.sqrt(np.mean(np.square(shared))))
+    assert losses[0] < 0.985 * losses[1]
+    assert shared_errors[0] < 0.98 * shared_errors[1]
 
 
 def test_the_mean_of_the_other_balls_is_turned_with_the_patches() -> None:
