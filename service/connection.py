@@ -125,7 +125,8 @@ class LimitedConnection(H11Protocol):
         latest request does.
         """
         others = [other for other in self.connections if isinstance(other, LimitedConnection)]
-        ((owner, count),) = Counter(other.owner for other in others).most_common(1)
+        connections = Counter(other.owner for other in others)
+        owner, count = max(connections.items(), key=lambda item: item[1])
         if count > max(1.0, _MAX_SHARE * self._limits.max_connections):
             return min((other for other in others if other.owner == owner), key=LimitedConnection._rank)
         return min(

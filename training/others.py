@@ -1,6 +1,6 @@
 """What a network sees of each example: its patch, and the mean patch of the other balls of its image.
 
-Which of these balls are known is drawn anew for every epoch: at first the detector knows none, and then those of high
+Which of these balls are known is drawn again for every epoch: at first the detector knows none, and then those of high
 odds, of which a few may be something else.
 """
 

@@ -18,8 +18,6 @@ from spinewatch.spine.patient_axes import PatientAxesContradictedError
 from spinewatch.spine.radiograph_fit import chi2_p_value
 from spinewatch.triads.pose import Pose
 
-DOUBTFUL = "patient-axes-doubtful"
-
 _ITERATIONS = 10
 _NOTHING = 1e-9
 """Information on a rotation that is none: a deviation of 30,000 degrees."""
@@ -58,7 +56,7 @@ class AxesCheckParameters:
     offset_dof
         Weight of `InitialParameters.triad_offset_sd_mm` against the scatter that the triads of a surgery show, in
         residuals.
-    chain_angle_deg, chain_angle_per_level_deg, least_chain_angle_deg
+    chain_angle_deg, chain_angle_per_level_deg, min_chain_angle_deg
         Angle between the cephalad axis and the line through both ends of a spine that is doubtful, degrees: the first
         less the second for each level, not below the third. Parts of a curve are inclined, whole spines hardly.
     chain_tolerance_mm
@@ -80,7 +78,7 @@ class AxesCheckParameters:
     offset_dof: float = 6.0
     chain_angle_deg: float = 52.0
     chain_angle_per_level_deg: float = 2.0
-    least_chain_angle_deg: float = 20.0
+    min_chain_angle_deg: float = 20.0
     chain_tolerance_mm: float = 20.0
     max_back_angle_deg: float = 45.0
 
@@ -93,7 +91,7 @@ class AxesEvidence:
     ----------
     shown
         What shows it, with a verb.
-    turn_deg
+    rotation_deg
         Small rotation about the stated axes, shape (3,), degrees.
     information
         Inverse of its covariance without that of the stated axes, shape (3, 3), degrees^-2; zero about axes that it
@@ -101,7 +99,7 @@ class AxesEvidence:
     """
 
     shown: str
-    turn_deg: Float
+    rotation_deg: Float
     information: Float
 
 
@@ -134,19 +132,15 @@ def patient_axes_flags(
         If one of them shows axes that are turned by more than ``refused_angle_deg``.
     """
     p = parameters or AxesCheckParameters()
-    flags: list[Flag] = []
-    for evidence in _evidence(setup, triads, p):
-        flags += evidence_flags(evidence, setup.axes_covariance_deg2, parameters=p)
+    doubts = (axes_doubt(evidence, setup.axes_covariance_deg2, p) for evidence in _evidence(setup, triads, p))
+    flags = [Flag("patient-axes-doubtful", doubt) for doubt in doubts if doubt is not None]
     return (*flags, *_chain_flags(setup, triads, p), *_back_flags(setup, triads, p))
 
 
-def evidence_flags(
-    evidence: AxesEvidence,
-    axes_covariance_deg2: Float,
-    code: str = DOUBTFUL,
-    parameters: AxesCheckParameters | None = None,
-) -> tuple[Flag, ...]:
-    """Return a flag of a rotation that its deviation and that of the stated axes do not explain.
+def axes_doubt(
+    evidence: AxesEvidence, axes_covariance_deg2: Float, parameters: AxesCheckParameters | None = None
+) -> str | None:
+    """Return what a rotation shows that its deviation and that of the stated axes do not explain.
 
     Parameters
     ----------
@@ -154,15 +148,13 @@ def evidence_flags(
         The rotation.
     axes_covariance_deg2
         Covariance of the stated axes as of `SpineSetup.axes_covariance_deg2`, shape (3, 3), degrees^2.
-    code
-        Code of the flag.
     parameters
         Limits; the default ones if None.
 
     Returns
     -------
-    tuple of Flag
-        The flag, or none.
+    str or None
+        Detail of a flag; None where it is explained.
 
     Raises
     ------
@@ -173,22 +165,22 @@ def evidence_flags(
     --------
     >>> import numpy as np
     >>> film = AxesEvidence("the films show", np.array([0.0, 0.0, 20.0]), np.eye(3) / 9)
-    >>> [len(evidence_flags(film, sd**2 * np.eye(3))) for sd in (3.0, 10.0)]
-    [1, 0]
+    >>> [axes_doubt(film, sd**2 * np.eye(3)) is None for sd in (3.0, 10.0)]
+    [False, True]
     """
     p = parameters or AxesCheckParameters()
     values, vectors = np.linalg.eigh(evidence.information)
     seen = values > _NOTHING
     if not seen.any():
-        return ()
+        return None
     V = vectors[:, seen]
-    turn = V.T @ evidence.turn_deg
+    turn = V.T @ evidence.rotation_deg
     covariance = np.diag(1 / values[seen]) + V.T @ axes_covariance_deg2 @ V
     angle = float(np.linalg.norm(turn))
     chi2 = float(turn @ np.linalg.solve(covariance, turn))
     probability = chi2_p_value(chi2, len(turn))
     if angle <= p.min_angle_deg or probability >= p.significance:
-        return ()
+        return None
     vector = V @ turn
     detail = (
         f"{evidence.shown} patient axes that are turned by {angle:.0f} degrees against those of the setup, mostly about"
@@ -198,7 +190,7 @@ def evidence_flags(
         raise PatientAxesContradictedError(
             f"{detail}; check the patient axes and the initial configuration, or state a larger deviation of the axes"
         )
-    return (Flag(code, detail),)
+    return detail
 
 
 def _evidence(
@@ -296,14 +288,14 @@ def _chain_flags(setup: SpineSetup, triads: Mapping[str, Pose], p: AxesCheckPara
     if top == bottom:
         return ()
     span = numbers[bottom] - numbers[top]
-    limit = max(p.least_chain_angle_deg, p.chain_angle_deg - p.chain_angle_per_level_deg * span)
+    limit = max(p.min_chain_angle_deg, p.chain_angle_deg - p.chain_angle_per_level_deg * span)
     x, y, z = (position[top] - position[bottom]) @ setup.patient_axes
     aside = float(np.hypot(x, y))
     if aside - z * np.tan(np.radians(limit)) <= tolerance:
         return ()
     return (
         Flag(
-            DOUBTFUL,
+            "patient-axes-doubtful",
             f"from {levels[bottom]} up to {levels[top]} {what} run {np.degrees(np.arctan2(aside, z)):.0f} degrees from"
             f" the cephalad axis, more than {limit:.0f}",
         ),
@@ -320,7 +312,7 @@ def _back_flags(setup: SpineSetup, triads: Mapping[str, Pose], p: AxesCheckParam
         return ()
     return (
         Flag(
-            DOUBTFUL,
+            "patient-axes-doubtful",
             f"the triads face {angle:.0f} degrees from the posterior direction, more than {p.max_back_angle_deg:g}",
         ),
     )

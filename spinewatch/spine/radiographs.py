@@ -11,7 +11,7 @@ from spinewatch.arrays import Float
 from spinewatch.errors import ParameterError
 from spinewatch.flags import Flag
 from spinewatch.geometry.rotations import vector_from_rotation
-from spinewatch.spine.axes_checks import AxesCheckParameters, AxesEvidence, evidence_flags
+from spinewatch.spine.axes_checks import AxesCheckParameters, AxesEvidence, axes_doubt
 from spinewatch.spine.configuration import InitialKind, InitialSpine
 from spinewatch.spine.radiograph_fit import (
     RadiographFitParameters,
@@ -235,4 +235,5 @@ def _axes_flags(
     information = np.asarray(np.linalg.inv(of_fit + p.film_sd_deg**2 * np.eye(3)), dtype=float)
     evidence = AxesEvidence("the axes of the radiographs show", turn, information)
     exact = np.zeros((3, 3)) if axes_covariance_deg2 is None else axes_covariance_deg2
-    return evidence_flags(evidence, exact, "radiograph-axes-differ", p.axes)
+    doubt = axes_doubt(evidence, exact, p.axes)
+    return () if doubt is None else (Flag("radiograph-axes-differ", doubt),)

@@ -61,7 +61,12 @@ def test_a_setup_is_stored_by_keyboard_alone(service: Service, visit: Visit, sur
         expect(revision).to_contain_text("by ")
         expect(revision).to_contain_text("test")
     setup = stored(service, surgery)["setup"]
-    assert setup["patient_axes"] == {"kind": "directions", "cephalad": "-x", "left": "-y"}
+    assert setup["patient_axes"] == {
+        "kind": "directions",
+        "cephalad": "-x",
+        "left": "-y",
+        "direction_sd_deg": 3.0,
+    }
     assert setup["initial"] == {"kind": "generic", "cranial": "T2", "caudal": "L5"}
 
 

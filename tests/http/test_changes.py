@@ -112,10 +112,13 @@ def test_a_wait_is_bounded(idle: Service) -> None:
 def test_many_waits_hold_no_thread(idle: Service) -> None:
     """As many wait as the server has threads for requests, and more; others are answered, and all wake together."""
     job = idle.submit(idle.surgery(), "PRE", pair("PRE"), idle.calibration())
+    keys = [{"Authorization": f"Bearer {idle.make_key()}"} for _ in range(2)]  # one key has at most fifty
     with ThreadPoolExecutor(60) as pool:
         calls = [
-            pool.submit(idle.client.get, f"/v1/jobs/{job}", params={"wait": 60}, timeout=70)
-            for _ in range(60)
+            pool.submit(
+                idle.client.get, f"/v1/jobs/{job}", params={"wait": 60}, headers=keys[k % 2], timeout=70
+            )
+            for k in range(60)
         ]
         for _ in range(5):
             assert idle.client.get("/v1/surgeries", params={"limit": 1}).status_code == 200

@@ -81,7 +81,7 @@ class Examples:
         Returns
         -------
         examples : Examples
-            All examples, their images numbered anew.
+            All examples, their images numbered from 0 on.
         """
         joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])}
         counts = [part.image.max(initial=-1) + 1 for part in parts]

@@ -168,7 +168,7 @@ def test_another_posture_enlarges_the_errors() -> None:
     assert {flag.code for flag in fit.flags} & {"radiograph-points-disagree", "radiograph-point-doubtful"}
 
 
-def against_axes(turn_deg: list[float], sd_deg: float, seed: int = 3) -> list[str]:
+def against_axes(rotation_deg: list[float], sd_deg: float, seed: int = 3) -> list[str]:
     """Return the flags of radiographs against axes that are turned and have a deviation."""
     shown = seen(scene(seed), SD_PX, seed)
     _, fit = initial_from_radiographs(
@@ -177,7 +177,7 @@ def against_axes(turn_deg: list[float], sd_deg: float, seed: int = 3) -> list[st
         shown.vertebrae,
         shown.common,
         SD_PX,
-        patient_axes=OBJECT.rotation @ rotation_from_vector(np.radians(turn_deg)),
+        patient_axes=OBJECT.rotation @ rotation_from_vector(np.radians(rotation_deg)),
         axes_covariance_deg2=sd_deg**2 * np.eye(3),
     )
     return [flag.detail for flag in fit.flags if flag.code == "radiograph-axes-differ"]
