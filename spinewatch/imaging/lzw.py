@@ -42,7 +42,7 @@ def lzw_expands_to(size: int, data: bytes) -> bool:
 
     Examples
     --------
-    >>> data = bytes.fromhex("80000040408080")  # clear, 0, 1, 2, end
+    >>> data = bytes.fromhex("800000202808")  # clear, 0, 1, 2, end
     >>> lzw_expands_to(3, data), lzw_expands_to(2, data)
     (True, False)
     """

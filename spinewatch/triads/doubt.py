@@ -102,7 +102,7 @@ class TriadEvidence:
         >>> observed = [14.0, 4.0], [0.5, 1.2], [0.3, 1.2], [0.0, 1.0]
         >>> evidence = TriadEvidence(*map(np.array, observed))
         >>> evidence.chances(DoubtParameters()).round(3)
-        array([0.002, 0.929])
+        array([0.001, 0.959])
         """
         p = parameters
         log_odds = (

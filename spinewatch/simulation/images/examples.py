@@ -140,6 +140,7 @@ def random_examples(rng: np.random.Generator, count: int, parameters: ExamplePar
 
     Examples
     --------
+    >>> from spinewatch.detection.refinement.patches import PatchGrid
     >>> parameters = ExampleParameters(PatchGrid(25, 5.0), (8.0, 12.0), wider=20.0)
     >>> random_examples(np.random.default_rng(0), 2, parameters).patches.shape
     (2, 25, 25)

@@ -59,10 +59,11 @@ def trace(world: World, x: Single, y: Single, ground_step: int = 1) -> tuple[Sin
 
     Examples
     --------
-    >>> from spinewatch.simulation.images.random_worlds import random_world
+    >>> from spinewatch.simulation.images.random_worlds import random_setting, random_world
     >>> from spinewatch.simulation.images.textures import random_textures
     >>> rng = np.random.default_rng(0)
-    >>> world = random_world(rng, random_textures(rng, 2, 32), present=True)
+    >>> textures = random_textures(rng, 2, 32)
+    >>> world = random_world(rng, textures, random_setting(rng, textures), present=True)
     >>> x, y = np.meshgrid(np.linspace(-2, 2, 9, dtype=np.float32), np.linspace(2, -2, 9, dtype=np.float32))
     >>> radiance, visible = trace(world, x, y)
     >>> bool(np.all(radiance >= 0)), bool(visible[0, 0])
