@@ -16,8 +16,8 @@ from spinewatch.arrays import Pixels
 from spinewatch.errors import ImageError
 from spinewatch.imaging.damage import DAMAGED, require_undamaged
 from spinewatch.imaging.header import open_image, orientation
+from spinewatch.imaging.luma import LUMA_BGR
 from spinewatch.imaging.sun_raster import decode_padded_runs, has_padded_runs
-from spinewatch.imaging.tone import LUMA_BGR
 
 _PHOTOMETRIC_TAG, _WHITE_IS_ZERO = 262, 0
 _BITS_TAG = 258

@@ -10,7 +10,7 @@ import struct
 import numpy as np
 
 from spinewatch.arrays import Pixels
-from spinewatch.imaging.tone import LUMA_BGR
+from spinewatch.imaging.luma import LUMA_BGR
 
 _HEADER = struct.Struct(">8I")
 _MAGIC = 0x59A66A95

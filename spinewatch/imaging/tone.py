@@ -14,9 +14,6 @@ from spinewatch.errors import ImageError
 FULL_SCALE = 255.0
 """Gray level of white."""
 
-LUMA_BGR = (0.114, 0.587, 0.299)
-"""Shares of blue, green and red in a gray level (ITU-R BT.601)."""
-
 _BIT_DEPTHS = (8, 10, 12, 14, 16)
 _MIN_EXCESS_BITS = 4
 _MAX_DEFECT_SHARE = 1e-4
