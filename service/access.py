@@ -114,9 +114,8 @@ class Access:
         self._failed = FailedAttempts()
         self._known: OrderedDict[str, None] = OrderedDict()
         self._threads = CapacityLimiter(_MAX_THREADS)  # never behind requests that wait for the database
-        self._doubted = CapacityLimiter(
-            1
-        )  # for addresses with too many failed attempts, so that they hinder no others
+        # Addresses with too many failed attempts have one thread of their own, so that they hinder no others.
+        self._doubted = CapacityLimiter(1)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handle one request."""

@@ -45,11 +45,10 @@ def limit_access(restored: sqlite3.Connection, revoked: list[Revocation]) -> lis
     list of str
         Visible parts of the keys that were valid.
     """
-    has_sessions = restored.execute("SELECT 1 FROM sqlite_master WHERE name = 'api_sessions'").fetchone()
-    if has_sessions and restored.execute("SELECT 1 FROM api_sessions LIMIT 1").fetchone():
-        restored.execute(
-            "DELETE FROM api_sessions"
-        )  # which changes the file even where there is nothing to delete
-    if not restored.execute("SELECT 1 FROM sqlite_master WHERE name = 'api_keys'").fetchone():
+    tables = {name for (name,) in restored.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
+    # A DELETE changes the file even where there is nothing to delete.
+    if "api_sessions" in tables and restored.execute("SELECT 1 FROM api_sessions LIMIT 1").fetchone():
+        restored.execute("DELETE FROM api_sessions")
+    if "api_keys" not in tables:
         return []
     return [key[1] for key in revoked if restored.execute(_REVOKE, key).rowcount]

@@ -104,9 +104,11 @@ def random_view(rng: np.random.Generator, textures: Single, exposures: int, p: E
     View
         The view.
     """
-    setting = random_setting(rng, textures)
-    while not _is_allowed(families_of_world(random_world(rng, textures, setting, present=True)), p):
-        setting = random_setting(rng, textures)
+    setting = _drawn(
+        lambda: random_setting(rng, textures),
+        lambda drawn: families_of_world(random_world(rng, textures, drawn, present=True)),
+        p,
+    )
     ball_px = _random_size(rng, p)
     size = (float(ball_px[0]), float(ball_px[1]))
     sensors = [_drawn(lambda: random_sensor(rng, size), families_of_sensor, p) for _ in range(exposures)]
@@ -256,12 +258,9 @@ def _drawn(
     """Return the first of what is drawn again and again that belongs to no family that is left out."""
     while True:
         drawn = draw()
-        if _is_allowed(families(drawn), p):
+        belongs = families(drawn)
+        if not any(belongs.get(name, False) for name in p.left_out):
             return drawn
-
-
-def _is_allowed(belongs: Mapping[str, bool], p: ExampleParameters) -> bool:
-    return not any(belongs.get(name, False) for name in p.left_out)
 
 
 def _random_size(rng: np.random.Generator, p: ExampleParameters) -> Float:
