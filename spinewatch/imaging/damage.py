@@ -28,7 +28,7 @@ def require_undamaged(data: bytes, image: Image.Image) -> None:
     ------
     ImageError
         If the file is damaged, or is a TIFF with a compression in which damage cannot be found. A PNG is judged by
-        `are_rows_complete`, a TIFF by `require_whole_segments`, a JPEG by `is_stream_complete` and a Sun raster by
+        `require_complete_rows`, a TIFF by `require_whole_segments`, a JPEG by `is_stream_complete` and a Sun raster by
         `are_runs_complete`.
     MemoryError
         If the process may not have as much memory as the pixels need.

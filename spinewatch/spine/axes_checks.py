@@ -19,8 +19,8 @@ from spinewatch.spine.radiograph_fit import chi2_p_value
 from spinewatch.triads.pose import Pose
 
 _ITERATIONS = 10
-_NOTHING = 1e-9
-"""Information on a rotation that is none: a deviation of 30,000 degrees."""
+_MIN_INFORMATION = 1e-9
+"""Least information on a rotation that counts, degrees^-2: a deviation of 30,000 degrees."""
 
 _AXES = ("x (anterior)", "y (left)", "z (cephalad)")
 
@@ -36,9 +36,9 @@ class AxesCheckParameters:
     min_angle_deg
         Least rotation that is doubtful, degrees.
     refused_angle_deg
-        Rotation above which axes are refused, degrees, where it is less probable than ``refused_significance`` too.
+        Rotation above which axes are refused, degrees, if it is less probable than ``refused_significance`` too.
     refused_significance
-        See there.
+        Probability, as of ``significance``, below which such a rotation is refused.
     axial_sd_deg
         Standard deviation of the axial rotation of a vertebra from what the curve explains, degrees: of its pose (3)
         and of its shape.
@@ -170,7 +170,7 @@ def axes_doubt(
     """
     p = parameters or AxesCheckParameters()
     values, vectors = np.linalg.eigh(evidence.information)
-    seen = values > _NOTHING
+    seen = values > _MIN_INFORMATION
     if not seen.any():
         return None
     V = vectors[:, seen]
