@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from contract.base import Identifier, Matrix3, Schema, StageName, Timestamp, Vector2, Vector3
 from contract.surgery import VertebraName
-from contract.text import visible
+from contract.text import visible_if_new
 from spinewatch.arrays import Float
 from spinewatch.spine.axes_errors import direction_axes_covariance, landmark_axes_covariance
 from spinewatch.spine.patient_axes import axes_from_directions, axes_from_landmarks
@@ -179,7 +179,9 @@ class CommonLandmark(Schema):
     """A point that both the radiographs and the cameras show."""
 
     name: Annotated[
-        str, Field(min_length=1, max_length=40, description="Name of the point."), AfterValidator(visible)
+        str,
+        Field(min_length=1, max_length=40, description="Name of the point."),
+        AfterValidator(visible_if_new),
     ]
     pa: Annotated[Vector2, Field(description="The point in the PA radiograph (u, v), px.")]
     lateral: Annotated[Vector2, Field(description="The point in the lateral radiograph (u, v), px.")]

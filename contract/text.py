@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+
+from pydantic import ValidationInfo
 
 from spinewatch.errors import SpinewatchError
 
 _HIDDEN = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
 """Unicode categories of control, format, direction and private characters, and of separators of lines."""
+
+STORED: Mapping[str, bool] = {"stored": True}
+"""Validation context of a document of the record, which is read as an earlier version has accepted it."""
 
 
 class NamedReferenceError(SpinewatchError):
@@ -24,6 +29,11 @@ def visible(text: str) -> str:
     if text != text.strip():
         raise ValueError("it begins or ends with a space; remove it")
     return text
+
+
+def visible_if_new(text: str, info: ValidationInfo) -> str:
+    """Return a text; raise as `visible` does, unless it is of a document of the record (`STORED`)."""
+    return text if info.context == STORED else visible(text)
 
 
 def require_opaque(reference: str, matches: Callable[[str], object]) -> None:

@@ -19,6 +19,7 @@ from contract.spine_setup import (
     StoredRebaseline,
     StoredSpineSetup,
 )
+from contract.text import STORED
 from store import events, radiographs, stages, surgeries, tables
 from store.errors import RebaselineExistsError, SetupMissingError
 
@@ -46,7 +47,7 @@ def put(session: Session, surgery_id: str, setup: SpineSetup, now: datetime, act
     """
     _lock(session, surgery_id)
     latest = _latest(session, surgery_id)
-    if latest is not None and SpineSetup.model_validate(latest.document) == setup:
+    if latest is not None and _read(latest.document) == setup:
         return False
     document = setup.model_dump(mode="json")
     revision = 1 if latest is None else latest.revision + 1
@@ -255,12 +256,16 @@ def _actors(session: Session, surgery_id: str) -> dict[datetime, str]:
     return {row.at: row.actor_name for row in session.execute(query)}
 
 
+def _read(document: Any) -> SpineSetup:
+    return SpineSetup.model_validate(document, context=STORED)
+
+
 def _stored(row: tables.spines.SpineSetup | Row[Any], known: Sequence[StoredRebaseline]) -> StoredSpineSetup:
     return StoredSpineSetup(
         surgery_id=row.surgery_id,
         revision=row.revision,
         created_at=row.created_at,
-        setup=SpineSetup.model_validate(row.document),
+        setup=_read(row.document),
         rebaselines=list(known),
     )
 

@@ -15,6 +15,7 @@ from contract.spine_setup import (
     patient_axes_covariance,
     planned_vertebrae,
 )
+from contract.text import STORED
 from spinewatch.spine.patient_axes import PatientAxesError
 from tests.store.builders import spine_setup
 
@@ -109,4 +110,5 @@ def test_the_name_of_a_common_landmark_hides_nothing(name: str) -> None:
     point = {"name": name, "pa": [0.0, 0.0], "lateral": [0.0, 0.0], "triad": "L1"}
     with pytest.raises(ValidationError, match="remove"):
         CommonLandmark.model_validate(point)
+    assert CommonLandmark.model_validate(point, context=STORED).name == name  # earlier versions accepted it
     assert CommonLandmark.model_validate({**point, "name": "tip of screw 1"}).name == "tip of screw 1"
