@@ -13,6 +13,7 @@ from hashlib import sha256
 from typing import IO, Any
 
 from contract.summary import SurgerySummary
+from contract.text import STORED
 from exports.formats import Export, export_surgery, file_name
 from reports.pdf import to_pdf
 from reports.surgery import render_surgery
@@ -142,7 +143,7 @@ def _answer(data: bytes, arguments: Sequence[str]) -> Iterator[bytes]:
     """Return what the process answers: a line of JSON and the file, or the reason why there is none."""
     gc.disable()  # the process ends before it would pay
     try:
-        made = _export(SurgerySummary.model_validate_json(data), *arguments)
+        made = _export(SurgerySummary.model_validate_json(data, context=STORED), *arguments)
     except SpinewatchError as error:
         yield json.dumps({"code": error.code, "detail": str(error)}).encode() + b"\n"
         return
