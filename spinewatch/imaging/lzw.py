@@ -11,12 +11,12 @@ import numpy as np
 from spinewatch.arrays import Int
 
 _CLEAR, _END, _FIRST = 256, 257, 258
-_MAX_CODES = 3838
+_FULL_CODES = 3838
 """Codes after a clear code until the table has 4095 entries."""
-_WIDTHS = np.repeat([9, 10, 11, 12], [254, 512, 1024, _MAX_CODES - 1790])
+_WIDTHS = np.repeat([9, 10, 11, 12], [254, 512, 1024, _FULL_CODES - 1790])
 """Bits of each code after a clear code: one more when entries 510, 1022 and 2046 are made."""
 _STARTS = np.concatenate([[0], np.cumsum(_WIDTHS)])
-_MIN_CODES = 64
+_FEWEST_CODES = 64
 """Codes between two clear codes at least, which bounds the cost; encoders clear a table that is full or of no use."""
 
 
@@ -54,7 +54,7 @@ def lzw_expands_to(size: int, data: bytes) -> bool:
         if not stops.size or (position == 0 and (stops[0] > 0 or codes[0] == _END)):
             return False
         is_end, n_codes = bool(codes[stops[0]] == _END), int(stops[0])
-        if not is_end and position > 0 and n_codes < _MIN_CODES:
+        if not is_end and position > 0 and n_codes < _FEWEST_CODES:
             return False
         expanded = _expanded_size(codes[:n_codes])
         if expanded is None or expanded > left:
