@@ -26,6 +26,7 @@ from spinewatch.spine.axes_checks import patient_axes_flags
 from spinewatch.spine.configuration import InitialSpine
 from spinewatch.spine.generic_spine import generic_spine
 from spinewatch.spine.initial import initial_from_poses
+from spinewatch.spine.initial_reversals import initial_reversal_flags
 from spinewatch.spine.initial_tilts import initial_tilt_flags
 from spinewatch.spine.orientation import rotation_from_tilts
 from spinewatch.spine.patient_axes import require_axes_of_triads
@@ -77,7 +78,10 @@ def library_setup(
         extra_levels=tuple(surgery.extra_levels),
         axes_covariance_deg2=patient_axes_covariance(document.patient_axes),
     )
-    return setup, (*patient_axes_flags(setup, triads), *flags)
+    of_axes = patient_axes_flags(setup, triads)
+    if initial.kind is configuration.InitialKind.POSES:
+        flags = (*initial_reversal_flags(setup, triads), *flags)
+    return setup, (*of_axes, *flags)
 
 
 def marked_poses(document: SpineSetup, poses: Mapping[str, Pose]) -> dict[str, Pose]:
@@ -96,11 +100,13 @@ def _initial(
     initial = document.initial
     if isinstance(initial, InitialPoses):
         spine = _from_poses(initial, axes, extra_levels, triads)
+        stated = {pose.vertebra: (pose.position_sd_mm, pose.rotation_sd_deg) for pose in initial.poses}
         return spine, initial_tilt_flags(
             spine.levels,
             level_numbers(spine.levels, extra_levels),
             spine.position_mm @ axes,
             axes.T @ spine.rotation,
+            stated_sd=np.array([stated[name] for name in spine.levels]),
         )
     if isinstance(initial, InitialRadiographs):
         covariance = patient_axes_covariance(document.patient_axes)

@@ -1,4 +1,4 @@
-"""The tilts of initial poses compared with the line of their centroids: radians and wrong signs contradict it."""
+"""The tilts of initial poses compared with the line of their centroids: radians, wrong signs and wrong sizes."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from spinewatch.arrays import Float, Int
 from spinewatch.errors import ParameterError
 from spinewatch.flags import Flag
+from spinewatch.spine.initial_tilt_scale import directions_deg, tilt_scale_doubt
 from spinewatch.spine.orientation import tilts_of
 
 _LEVEL_DEG = 1e-6
@@ -62,6 +63,7 @@ def initial_tilt_flags(
     position_mm: Float,
     rotation: Float,
     parameters: InitialTiltParameters | None = None,
+    stated_sd: Float | None = None,
 ) -> tuple[Flag, ...]:
     """Return flags of tilts that do not follow the line of the centroids.
 
@@ -80,12 +82,14 @@ def initial_tilt_flags(
         Rotations from vertebra to patient axes, shape (n, 3, 3).
     parameters
         Limits; the default ones if None.
+    stated_sd
+        Stated standard deviations of positions (mm) and rotations (degrees), shape (n, 2); None if there are none.
 
     Returns
     -------
     tuple of Flag
         ``initial-tilts-doubtful``: every tilt could be in radians and the line is straight, or the tilts of a plane
-        follow the line only with the opposite sign, or in the other plane.
+        follow the line only with the opposite sign, or in the other plane, or are of another size.
 
     Raises
     ------
@@ -108,8 +112,7 @@ def initial_tilt_flags(
     number = np.asarray(numbers)
     tilts = np.stack(tilts_of(rotation)[:2], axis=1)
     gap = np.flatnonzero(np.diff(number) <= p.max_gap_levels)
-    upwards = position_mm[gap] - position_mm[gap + 1]
-    chords = np.degrees(np.arctan2(upwards[:, [1, 0]] * (-1, 1), upwards[:, 2:]))
+    chords = directions_deg(position_mm[gap] - position_mm[gap + 1])
     small = bool((np.abs(tilts) <= p.max_radian_deg).all())
     if small and len(gap) > 1:
         bend = np.ptp(chords, axis=0)
@@ -131,16 +134,19 @@ def initial_tilt_flags(
     mean = (tilts[gap] + tilts[gap + 1]) / 2
     error = _rms(mean - chords)
     others = np.stack([_rms(-mean - chords), _rms(mean[:, ::-1] - chords)])
-    return tuple(
-        Flag(
-            "initial-tilts-doubtful",
-            f"{plane} tilts differ from the line of the centroids by {error[k]:.0f} degrees (RMS), those with the"
-            f" opposite sign by {others[0, k]:.0f} and those of the other plane by {others[1, k]:.0f}; check their"
-            " signs and order, and the axes of the positions",
-        )
-        for k, plane in enumerate(_PLANES)
-        if error[k] > p.max_rms_deg and others[:, k].min() < error[k] / p.min_rms_ratio
-    )
+    flags = []
+    for k, name in enumerate(_PLANES):
+        if error[k] > p.max_rms_deg and others[:, k].min() < error[k] / p.min_rms_ratio:
+            doubt: str | None = (
+                f"differ from the line of the centroids by {error[k]:.0f} degrees (RMS), those with the opposite sign"
+                f" by {others[0, k]:.0f} and those of the other plane by {others[1, k]:.0f}; check their signs and"
+                " order, and the axes of the positions"
+            )
+        else:
+            doubt = tilt_scale_doubt(number, position_mm, tilts[:, k], k, stated_sd)
+        if doubt is not None:
+            flags.append(Flag("initial-tilts-doubtful", f"{name} tilts {doubt}"))
+    return tuple(flags)
 
 
 def _rms(differences_deg: Float) -> Float:

@@ -235,3 +235,28 @@ def test_poses_without_deviations_have_those_of_radiographs() -> None:
         )
         poses = document.initial.poses  # type: ignore[union-attr]
         assert [(pose.position_sd_mm, pose.rotation_sd_deg) for pose in poses] == [(2.0, 3.0)] * 4
+
+
+def test_mirrored_poses_and_tilts_of_zero_are_flagged() -> None:
+    side = {"T7": -14.0, "T9": 12.5, "T11": 12.5, "L1": -14.0}
+    seen = {
+        name: Pose(np.array([up, side[name], 45.0]), np.eye(3), np.eye(6) * 0.01)
+        for name, (_, up, _) in COBB.items()
+    }
+
+    def codes(left: float, tilt: float) -> list[str]:
+        listed = [
+            {
+                "vertebra": name,
+                "position_mm": [0.0, left * side[name], up],
+                "angles_deg": [tilt * t, 4.0, 0.0],
+            }
+            for name, (_, up, t) in COBB.items()
+        ]
+        document = spine_setup(initial={"kind": "poses", "frame": "patient", "poses": listed})
+        _, flags = library_setup(document, (), LEVELS, "PRE", seen, {})
+        return [flag.code for flag in flags]
+
+    assert codes(1.0, 2.0) == []
+    assert codes(-1.0, -2.0) == ["initial-poses-reversed"]
+    assert codes(1.0, 0.0) == ["initial-tilts-doubtful"]

@@ -27,6 +27,8 @@ const ERRORS = [
   "radiograph-points-disagree",
   "radiograph-axes-differ",
   "patient-axes-doubtful",
+  "initial-poses-reversed",
+  "rebaseline-moved",
   "no-redundancy",
   "adjustment-unfinished",
   "calibration-poor",
@@ -59,6 +61,7 @@ const WARNINGS = [
   "radiograph-rotation-unknown",
   "pixel-size-doubtful",
   "initial-tilts-doubtful",
+  "initial-poses-misfit",
 ] as const;
 
 /** Flags of what was noted and taken into account. */
@@ -66,6 +69,7 @@ const REMARKS = [
   "image-banded",
   "ball-manual",
   "labels-kept",
+  "rebaseline-unchecked",
   "pixel-defect",
   "burst-incomplete",
   "radiograph-landmark-left-out",
