@@ -14,6 +14,7 @@ from spinewatch.spine.interpolation_model import InterpolationParameters
 from spinewatch.spine.measure_parameters import MeasureParameters
 from spinewatch.spine.measures import measure_spine
 from spinewatch.spine.plausibility import PlausibilityParameters, plausibility_flags
+from spinewatch.spine.rebaseline_checks import RebaselineParameters, rebaseline_flags
 from spinewatch.spine.results import MeasuredSpine, MeasureValue, SpineChange
 from spinewatch.spine.stage_spine import spine_at_stage
 from spinewatch.spine.target import PlannedVertebra, RemainingMotion, remaining_motion, target_measures
@@ -36,11 +37,14 @@ class SpineParameters:
         Curves, measures and their changes.
     plausibility
         Limits of plausible motion.
+    rebaselines
+        How still a spine must be while a marker is clamped again.
     """
 
     interpolation: InterpolationParameters = field(default_factory=InterpolationParameters)
     measures: MeasureParameters = field(default_factory=MeasureParameters)
     plausibility: PlausibilityParameters = field(default_factory=PlausibilityParameters)
+    rebaselines: RebaselineParameters = field(default_factory=RebaselineParameters)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +70,7 @@ class StageAssessment:
     target_measures
         Measures of the target less those of this stage; None without a target.
     flags
-        Doubts about the motion since the stage before.
+        Doubts about markers that were clamped again, and about the motion since the stage before.
     """
 
     configuration: SpineConfiguration
@@ -138,7 +142,10 @@ def assess_stage(
         target_measures=None
         if target is None
         else target_measures(now, baseline, target, setup.reference, p.measures),
-        flags=_flags(setup, stages, stage, previous, p.plausibility),
+        flags=(
+            *rebaseline_flags(setup, stages, stage, p.rebaselines),
+            *_flags(setup, stages, stage, previous, p.plausibility),
+        ),
     )
 
 
@@ -152,13 +159,8 @@ def _flags(
     """Return flags of the motion since the stage before; a marker that was clamped again in between says nothing."""
     if previous is None:
         return ()
-    order = list(stages)
-    first, last = order.index(previous), order.index(stage)
-    clamped = {
-        item.vertebra
-        for item in setup.rebaselines
-        if first < order.index(item.after) and order.index(item.before) < last
-    }
+    order = tuple(stages)
+    clamped = {item.vertebra for item in setup.rebaselines if item.overlaps(order, previous, stage)}
     before, after = (
         {name: pose for name, pose in stages[at].items() if name not in clamped} for at in (previous, stage)
     )

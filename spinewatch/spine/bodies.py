@@ -287,9 +287,11 @@ def _path(name: str, setup: SpineSetup, order: tuple[str, ...], stage: str) -> t
             continue
         if before < now < after or before < first < after:
             return None
-        if first <= before and after <= now:
+        if not rebaseline.within(order, setup.baseline, stage):
+            continue
+        if first < now:
             between.append((-before, rebaseline.after, rebaseline.before))
-        elif now <= before and after <= first:
+        else:
             between.append((before, rebaseline.before, rebaseline.after))
     middle = [name for _, *pair in sorted(between) for name in pair]
     return (stage, *middle, setup.baseline)

@@ -182,6 +182,42 @@ class Rebaseline:
     before: str
     after: str
 
+    def within(self, order: Sequence[str], one: str, other: str) -> bool:
+        """Return whether both stages lie between two others or are these.
+
+        Parameters
+        ----------
+        order
+            Names of the stages, in the order of the surgery.
+        one, other
+            Names of two stages, in any order.
+
+        Returns
+        -------
+        bool
+            Whether a marker's motion from one to the other is chained across.
+        """
+        first, last = sorted((order.index(one), order.index(other)))
+        return first <= order.index(self.before) and order.index(self.after) <= last
+
+    def overlaps(self, order: Sequence[str], one: str, other: str) -> bool:
+        """Return whether the marker was elsewhere for a part of the time between two stages.
+
+        Parameters
+        ----------
+        order
+            Names of the stages, in the order of the surgery.
+        one, other
+            Names of two stages, in any order.
+
+        Returns
+        -------
+        bool
+            Whether the marker says nothing of the motion from one to the other.
+        """
+        first, last = sorted((order.index(one), order.index(other)))
+        return first < order.index(self.after) and order.index(self.before) < last
+
 
 @dataclass(frozen=True, eq=False)
 class SpineSetup:

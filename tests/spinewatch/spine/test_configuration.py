@@ -3,8 +3,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
-from spinewatch.spine.configuration import Origin, SpineConfiguration, SpinePoses
+from spinewatch.spine.configuration import Origin, Rebaseline, SpineConfiguration, SpinePoses
 
 
 def configuration() -> SpineConfiguration:
@@ -68,3 +69,29 @@ def test_a_reference_that_is_interpolated_is_not_the_origin() -> None:
 
 def test_the_place_of_a_vertebra() -> None:
     assert configuration().index("L1") == 1
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "within", "overlaps"),
+    [
+        ("A", "D", True, True),
+        ("D", "A", True, True),
+        ("B", "C", True, True),
+        ("A", "C", True, True),
+        ("A", "B", False, False),
+        ("C", "D", False, False),
+        ("B", "B", False, False),
+    ],
+)
+def test_a_marker_was_clamped_again_between_two_stages(
+    one: str, other: str, within: bool, overlaps: bool
+) -> None:
+    again = Rebaseline("T9", "B", "C")
+    assert again.within("ABCD", one, other) == within
+    assert again.overlaps("ABCD", one, other) == overlaps
+
+
+def test_a_marker_that_is_elsewhere_for_a_part_of_the_time_overlaps_without_lying_within() -> None:
+    again = Rebaseline("T9", "A", "C")
+    assert not again.within("ABCD", "B", "D")
+    assert again.overlaps("ABCD", "B", "D")
