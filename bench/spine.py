@@ -24,6 +24,7 @@ from bench import (
     spine_planes,
     spine_plausibility,
     spine_sample,
+    spine_setups,
     spine_thesis,
     spine_triads,
 )
@@ -62,6 +63,8 @@ class Sizes:
         Surgeries whose patient axes err, for the intervals.
     axes
         Surgeries whose patient axes are checked.
+    setups
+        Surgeries whose setups have mistakes.
     """
 
     triads: int = 4000
@@ -76,6 +79,7 @@ class Sizes:
     gates: int = 300
     erring: int = 800
     axes: int = 300
+    setups: int = 1000
 
 
 Part = tuple[list[Grid], tuple[Bar, ...]]
@@ -123,6 +127,10 @@ def _plausibility(sizes: Sizes) -> Part:
     return spine_plausibility.gates(sizes.gates)
 
 
+def _setups(sizes: Sizes) -> Part:
+    return spine_setups.grids_and_bars(spine_setups.rates(sizes.setups))
+
+
 PARTS: Mapping[str, Callable[[Sizes], Part]] = {
     "triads": _triads,
     "thesis": _thesis,
@@ -134,10 +142,11 @@ PARTS: Mapping[str, Callable[[Sizes], Part]] = {
     "invariance": _invariance,
     "plausibility": _plausibility,
     "axes": _axes,
+    "setups": _setups,
 }
 """The parts by name, in the order in which they are printed."""
 
-_LONGEST_FIRST = ("coverage", "axes", "cobb", "bursts")
+_LONGEST_FIRST = ("coverage", "axes", "setups", "cobb", "bursts")
 
 
 def measure(names: Sequence[str], sizes: Sizes, processes: int = PROCESSES) -> tuple[list[Grid], list[Bar]]:

@@ -19,6 +19,7 @@ from spinewatch.simulation.scoliosis import (
     LEVELS,
     CurveKind,
     Manoeuvre,
+    MountParameters,
     ScoliosisParameters,
     SimulatedSpine,
     corrected,
@@ -165,7 +166,7 @@ class Surgery:
         return SpineSetup(self.patient_axes, self.reference, BASELINE, initial)
 
 
-def simulated_surgery(
+def simulated_surgery(  # noqa: PLR0913
     rng: np.random.Generator,
     kind: CurveKind,
     markers: Markers = "ends, apices and L5",
@@ -175,6 +176,7 @@ def simulated_surgery(
     parameters: ScoliosisParameters | None = None,
     manoeuvres: Sequence[Manoeuvre] | None = None,
     cart: CartMotion | None = None,
+    mounts: MountParameters | None = None,
 ) -> Surgery:
     """Return a random surgery.
 
@@ -196,6 +198,8 @@ def simulated_surgery(
         What is done before each stage after the baseline; by default random.
     cart
         How far the cart moves between the stages.
+    mounts
+        How the triads are clamped.
     """
     before = random_scoliosis(rng, kind, parameters)
     done = manoeuvres or (random_manoeuvre(rng), random_manoeuvre(rng))
@@ -208,7 +212,7 @@ def simulated_surgery(
         last = {len(LEVELS) - 1} if markers == "ends, apices and L5" else set()
         marked = [LEVELS[i] for i in {*ends, *apices, *last}]
     chosen = tuple(level for level in LEVELS if level in {*marked, *extra})
-    mounts = random_mounts(rng, chosen)
+    clamped = random_mounts(rng, chosen, mounts)
     axes, limits = prone_axes("x"), cart or CartMotion()
     middle = convergence_point(large_rig())
     bodies = {}
@@ -217,9 +221,9 @@ def simulated_surgery(
         if number:
             poses = moved_cart(poses, *random_cart_motion(rng, limits), middle)
         bodies[stage] = poses
-    triads = {stage: triads_on(poses, mounts) for stage, poses in bodies.items()}
+    triads = {stage: triads_on(poses, clamped) for stage, poses in bodies.items()}
     by_stage = dict(zip(STAGES, spines, strict=False))
-    return Surgery(kind, chosen, chosen[-1], axes, by_stage, bodies, triads, mounts)
+    return Surgery(kind, chosen, chosen[-1], axes, by_stage, bodies, triads, clamped)
 
 
 def random_manoeuvre(rng: np.random.Generator) -> Manoeuvre:

@@ -19,6 +19,14 @@ _CURVE = {
 }
 """Position to the left and upwards, mm, and coronal tilt, degrees."""
 
+_SAMPLE = {
+    "T7": (-27.0, 151.0, 11.0, -16.0),
+    "T9": (-18.0, 105.0, 12.0, -13.0),
+    "T11": (-6.0, 49.0, 9.0, 1.0),
+    "L1": (0.0, 0.0, 5.0, 17.0),
+}
+"""Poses that the sample's triads of PRE fit: the same, and the axial rotation, degrees."""
+
 
 def slips() -> Iterator[Slip]:
     """Yield the slips in the setup of a spine."""
@@ -28,9 +36,26 @@ def slips() -> Iterator[Slip]:
     yield _slip(
         "coronal tilts of initial poses with the opposite sign", Right(flags=doubtful), _poses(angle=-1.0)
     )
+    zeros = _poses(angle=0.0, sagittal=4.0)
+    yield _slip("coronal tilts of initial poses left at 0", Right(flags=doubtful), zeros)
+    yield _slip("initial poses of the sample", Right(sound=_unflagged), _sample_poses())
+    yield _slip(
+        "initial poses of a film that was read from the other side",
+        Right(flags=("initial-poses-reversed",)),
+        _sample_poses(left=-1.0),
+    )
     two = _poses(("T11", "L1"), length=0.1)
     yield _slip("positions of two initial poses in centimetres", Right(refusal=r"in mm"), two)
     yield _slip("initial poses without deviations", Right(sound=_has_deviations), _poses())
+
+    yield Slip(
+        "a marker stored as clamped again, before and after a correction",
+        "setup",
+        "POST",
+        "service",
+        Right(flags=("rebaseline-moved",)),
+        ask=_clamped_again,
+    )
 
 
 def _slip(name: str, right: Right, poses: Sequence[dict[str, Any]]) -> Slip:
@@ -38,32 +63,59 @@ def _slip(name: str, right: Right, poses: Sequence[dict[str, Any]]) -> Slip:
 
 
 def _poses(
-    levels: Sequence[str] = tuple(_CURVE), *, angle: float = 1.0, length: float = 1.0
+    levels: Sequence[str] = tuple(_CURVE), *, angle: float = 1.0, length: float = 1.0, sagittal: float = 0.0
 ) -> list[dict[str, Any]]:
     return [
         {
             "vertebra": name,
             "position_mm": [0.0, length * left, length * up],
-            "angles_deg": [angle * tilt, 0.0, 0.0],
+            "angles_deg": [angle * tilt, sagittal, 0.0],
         }
         for name, (left, up, tilt) in _CURVE.items()
         if name in levels
     ]
 
 
+def _sample_poses(left: float = 1.0) -> list[dict[str, Any]]:
+    return [
+        {
+            "vertebra": name,
+            "position_mm": [0.0, left * aside, up],
+            "angles_deg": [left * coronal, -4.0, left * axial],
+        }
+        for name, (aside, up, coronal, axial) in _SAMPLE.items()
+    ]
+
+
 def _asked(poses: Sequence[dict[str, Any]]) -> Callable[[SlipService, Path], Answer]:
-    setup = {
+    def ask(service: SlipService, _: Path) -> Answer:
+        surgery = service.surgery()
+        service.stage(surgery, "PRE", pair_of("PRE"))
+        return service.spine(surgery, "PRE", _setup(poses))
+
+    return ask
+
+
+def _setup(poses: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    return {
         "patient_axes": {"kind": "directions", "cephalad": "+x", "left": "+y"},
         "levels": [pose["vertebra"] for pose in poses],
         "initial": {"kind": "poses", "frame": "patient", "poses": list(poses)},
     }
 
-    def ask(service: SlipService, _: Path) -> Answer:
-        surgery = service.surgery()
-        service.stage(surgery, "PRE", pair_of("PRE"))
-        return service.spine(surgery, "PRE", setup)
 
-    return ask
+def _clamped_again(service: SlipService, _: Path) -> Answer:
+    surgery, setup = service.surgery(), _setup(_sample_poses())
+    for stage in ("PRE", "POST"):
+        service.stage(surgery, stage, pair_of(stage))
+    service.spine(surgery, "PRE", setup)
+    again = {"vertebra": "T9", "before": "PRE", "after": "POST"}
+    service.client.post(f"/v1/surgeries/{surgery}/spine/rebaselines", json=again).raise_for_status()
+    return service.spine(surgery, "POST", setup)
+
+
+def _unflagged(answer: Answer) -> bool:
+    return not answer.codes and bool(answer.document["measures"])
 
 
 def _has_deviations(answer: Answer) -> bool:

@@ -17,6 +17,7 @@ from bench import (
     spine_invariance,
     spine_planes,
     spine_sample,
+    spine_setups,
     spine_thesis,
 )
 from bench.spine_bursts import Bias, Fall
@@ -276,6 +277,37 @@ def test_rates_count_false_alarms_and_refusals() -> None:
     found.refused["patient axes", ""] = 1
     found.refused["patient axes", "20 deg about x"] = 79
     assert len(missed(spine_axes.grid_and_bars_of_rates(found)[1])) == 3
+
+
+# Mistakes in setups
+
+
+def test_rates_of_mistakes_on_few_surgeries() -> None:
+    found = spine_setups.rates(6)
+    grids, checks = spine_setups.grids_and_bars(found)
+    assert sum(found.setups.values()) + 1 >= 6
+    assert [row[0] for row in grids[0].rows][:2] == ["sound", "left and right"]
+    assert {"still", "settled", "moved"} <= {row[0] for row in grids[1].rows}
+    assert missed(checks[:2]) == []
+
+
+def test_rates_of_mistakes_count_alarms_and_what_is_seen() -> None:
+    found = spine_setups.Rates()
+    found.setups["large"] = found.setups["small"] = 100
+    for counts, name in (
+        (found.poses, "left and right"),
+        (found.poses, "both"),
+        (found.tilts, "coronal tilts 0"),
+    ):
+        counts["large", name] = 90
+    for name in ("still", "settled", "lost"):
+        found.clamped[name] = 100
+    found.clamped_seen["lost"] = 90
+    assert missed(spine_setups.grids_and_bars(found)[1]) == []
+    found.poses["small", ""] = 2
+    found.tilts["large", "coronal tilts 0"] = 70
+    found.clamped_seen["settled"] = 1
+    assert len(missed(spine_setups.grids_and_bars(found)[1])) == 3
 
 
 # Planes of small curves
