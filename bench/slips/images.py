@@ -134,6 +134,12 @@ def _formats() -> Iterator[Slip]:
         yield _encoded("one hot pixel in a 12-bit image", "image", stage, _hot, hot)
     dead = Right(flags=("pixel-defect", "image-damaged", "triad-count-low"))
     yield _changed("a row of blocks lost", "image", "POST", _same, _lost_rows, dead)
+    torn = Right(flags=("image-damaged",))
+    for stage, row, shift in (("PRE", 207, 4), ("INTER", 213, -2), ("POST", 206, 5)):
+        name = f"rows displaced by {shift:+d} px from row {row} on in one view"
+        yield _changed(name, "image", stage, _same, _displaced(row, shift), torn)
+    band = _displaced(170, 7, 210)
+    yield _changed("a band of 40 rows displaced by 7 px in one view", "image", "POST", band, _same, torn)
     size = Right(refusal=r"\d+ ?x ?\d+")
     yield _changed("images of half the size", "image", "PRE", _half, _half, size)
 
@@ -248,6 +254,15 @@ def _lost_rows(image: Array) -> Array:
     broken = image.copy()
     broken[200:216, 120:440] = 128
     return broken
+
+
+def _displaced(start: int, shift: int, end: int | None = None) -> Callable[[Array], Array]:
+    def change(image: Array) -> Array:
+        torn = image.copy()
+        torn[start:end] = np.roll(image[start:end], shift, axis=1)
+        return torn
+
+    return change
 
 
 def _through_jpeg(image: Array) -> Array:

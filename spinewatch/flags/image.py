@@ -44,10 +44,12 @@ KINDS = (
     FlagKind(
         "image-damaged",
         "image",
-        "A part of the image is lost: the gray levels of a JPEG jump from one block on, or an area has one gray level"
-        " without noise. Balls may be displaced together, which is a false depth.",
+        "A part of the image is lost or displaced: the gray levels of a JPEG jump from one block on, an area has one"
+        " gray level without noise, or the rows are displaced to the side from one row on. Balls may be displaced"
+        " together, which is a false depth.",
         "Copy the file again, or take the stage again.",
-        "0 of 58 sound rendered and real images, and 0 of 522 variants of them (`image-quality.md`)",
+        "0 of 58 sound rendered and real images, and 0 of 522 variants of them; displaced rows: 0 of 67, and 3 of 1,560"
+        " variants, doubled rows and overexposure (`image-quality.md`)",
     ),
     FlagKind(
         "image-blurred",

@@ -6,7 +6,7 @@ The measures need no balls and are computed from the image at 8 bits. Blur, whic
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from spinewatch.arrays import Bool, Single
 from spinewatch.flags import Flag
 from spinewatch.imaging.bands import bands
+from spinewatch.imaging.displaced_rows import RowDisplacementParameters, displaced_rows
 from spinewatch.imaging.jpeg_blocks import BLOCK_PX, blockiness, raster_step
 from spinewatch.imaging.level_differences import Bytes
 from spinewatch.imaging.noise import levels_share, noise_levels
@@ -73,6 +74,8 @@ class QualityParameters:
         Noise from which such an area means damage, gray levels.
     flat_margin_levels
         Distance from black and from the brightest level that such an area must have.
+    displaced_rows
+        Thresholds of rows that are displaced to the side.
     max_exposure_ratio
         Largest ratio of the median gray levels of both views.
     min_ball_score
@@ -100,6 +103,7 @@ class QualityParameters:
     flat_px: tuple[int, int] = (32, 8)
     min_flat_noise_levels: float = 0.7
     flat_margin_levels: int = 8
+    displaced_rows: RowDisplacementParameters = field(default_factory=RowDisplacementParameters)
     max_exposure_ratio: float = 1.6
     min_ball_score: float = 0.62
     min_balls: int = 6
@@ -167,6 +171,14 @@ def assess_image(gray: Single, parameters: QualityParameters) -> ImageQuality:
     damage = _damage(levels, blocks, noise, p)
     if damage:
         flags.append(Flag("image-damaged", f"{damage}; copy or take it again"))
+    jump = displaced_rows(levels, p.displaced_rows)
+    if jump is not None:
+        detail = (
+            f"from row v = {jump.row} on the rows are displaced by {jump.shift_px:+d} px: this row and the one above"
+            f" correlate by {jump.before:.2f} as they are and by {jump.after:.2f} without the displacement; every depth"
+            " in these rows is wrong; take the image again, and look at the cable and the frame grabber"
+        )
+        flags.append(Flag("image-damaged", detail))
     combed, paired = row_structure(levels)
     if combed > p.max_comb or paired < p.min_row_pairing:
         extra_sd_px = p.interlaced_sd_px
