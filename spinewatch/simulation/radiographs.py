@@ -38,8 +38,8 @@ class FilmParameters:
         Standard deviation of these in object space, per axis, mm.
     """
 
-    pa: RadiographView = field(default_factory=lambda: RadiographView((0.20, 0.18), "left"))
-    lateral: RadiographView = field(default_factory=lambda: RadiographView((0.20, 0.22), "right"))
+    pa: RadiographView = field(default_factory=lambda: RadiographView((0.20, 0.20), "left"))
+    lateral: RadiographView = field(default_factory=lambda: RadiographView((0.20, 0.20), "right"))
     pa_centre_px: tuple[float, float] = (1100.0, 3500.0)
     lateral_centre_px: tuple[float, float] = (1150.0, 3200.0)
     body_height_mm: float = 25.0

@@ -9,8 +9,8 @@ import pytest
 from spinewatch.arrays import Float
 from spinewatch.errors import ParameterError
 from spinewatch.geometry.rotations import rotation_from_vector, vector_from_rotation
-from spinewatch.simulation.radiographs import RadiographScene
-from spinewatch.simulation.scoliosis import LEVELS
+from spinewatch.simulation.radiographs import FilmParameters, RadiographScene, radiograph_scene
+from spinewatch.simulation.scoliosis import LEVELS, CurveKind, random_scoliosis
 from spinewatch.spine.configuration import InitialKind, InitialSpine
 from spinewatch.spine.patient_axes import PatientAxesContradictedError
 from spinewatch.spine.radiograph_fit import CommonPointsError, RadiographScaleError
@@ -147,11 +147,36 @@ def test_vertebrae_without_pedicles_are_named() -> None:
 
 def test_views_of_different_scale_are_flagged_with_the_difference() -> None:
     exact = scene(8)
-    wrong = RadiographView((0.20 * 0.97, 0.22), "right")
+    wrong = RadiographView((0.20 * 0.97, 0.20 * 0.97), "right")
     shown = seen(exact, SD_PX, 1)
     _, fit = initial_from_radiographs(PA, wrong, shown.vertebrae, shown.common, SD_PX)
     flag = next(flag for flag in fit.flags if flag.code == "radiograph-heights-differ")
     assert "smaller by 3." in flag.detail or "smaller by 2.9" in flag.detail
+
+
+def test_spacings_of_rows_and_columns_that_differ_are_flagged_and_used_as_they_are() -> None:
+    films = FilmParameters(
+        pa=RadiographView((0.20, 0.18), "left"),
+        lateral=RadiographView((0.20, 0.22), "right"),
+        pedicle_ratio_sd=0.0,
+        object_sd_mm=0.0,
+    )
+    rng = np.random.default_rng(21)
+    spine = random_scoliosis(rng, CurveKind.THORACIC).poses
+    exact = radiograph_scene(LEVELS, spine.position_mm, spine.rotation, OBJECT, rng, films)
+    initial, fit = initial_from_radiographs(films.pa, films.lateral, exact.vertebrae, exact.common, 0.1)
+    assert np.abs(errors(initial, exact)).max() < 1e-6
+    (flag,) = fit.flags
+    assert flag.code == "radiograph-spacing-unequal"
+    assert "0.2 and 0.18 mm in the PA view and 0.2 and 0.22 mm in the lateral view" in flag.detail
+
+
+@pytest.mark.parametrize(("column_mm", "flagged"), [(0.2019, False), (0.2021, True), (0.1979, True)])
+def test_a_difference_of_more_than_a_hundredth_is_flagged(column_mm: float, flagged: bool) -> None:
+    exact = scene(8)
+    view = RadiographView((0.20, column_mm), "left")
+    _, fit = initial_from_radiographs(view, LATERAL, exact.vertebrae, exact.common)
+    assert ("radiograph-spacing-unequal" in {flag.code for flag in fit.flags}) is flagged
 
 
 def test_another_posture_enlarges_the_errors() -> None:

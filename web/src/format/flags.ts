@@ -56,6 +56,7 @@ const WARNINGS = [
   "burst-outlier",
   "breathing-unresolved",
   "radiograph-scale",
+  "radiograph-spacing-unequal",
   "radiograph-point-doubtful",
   "radiograph-heights-differ",
   "radiograph-rotation-unknown",
