@@ -21,8 +21,9 @@ from store.errors import ImageDamagedError
 from store.measurements import MeasuredStage
 from store.stages import IN_ORDER, measuring_of, sha256_by_side
 from store.tables.base import Document
+from store.tables.calibrations import Calibration
 from store.tables.jobs import Job
-from store.tables.measurements import FeatureList, Triad
+from store.tables.measurements import FeatureList, Measurement, Triad
 from store.tables.stages import Stage
 
 
@@ -44,6 +45,10 @@ class EarlierStage:
         Whether its gray levels are compared with those of the stage in work.
     strips
         Strips of its images by side, as they are stored, if it is compared; without those that are not stored.
+    other_rig
+        Rig JSON of its calibration; None if that is the calibration of the stage in work.
+    rig_check
+        Check of the rig by its balls, if it was measured with that same calibration.
     """
 
     name: str
@@ -52,6 +57,8 @@ class EarlierStage:
     follows: bool = False
     is_compared: bool = False
     strips: Mapping[str, bytes] = field(default_factory=dict)
+    other_rig: Document | None = None
+    rig_check: Document | None = None
 
 
 @dataclass(frozen=True)
@@ -292,8 +299,10 @@ def _earlier(session: Session, stage: Stage, max_compared: int) -> tuple[Earlier
             place > stage.place,
             stage_id in strips,
             strips.get(stage_id, {}),
+            rig if calibration_id != stage.calibration_id else None,
+            check if calibration_id == stage.calibration_id else None,
         )
-        for stage_id, name, captured, exposed, left, right, place in rows
+        for stage_id, name, captured, exposed, left, right, place, calibration_id, rig, check in rows
     )
 
 
@@ -355,7 +364,12 @@ _SENT_BEFORE = (
         Stage.left_sha256,
         Stage.right_sha256,
         Stage.place,
+        Stage.calibration_id,
+        Calibration.rig,
+        Measurement.result["rig_check"],
     )
+    .join(Stage.calibration)
+    .outerjoin(Stage.measurement)
     .where(
         Stage.surgery_id == bindparam("surgery_id"),
         Stage.name != bindparam("name"),

@@ -137,6 +137,7 @@ def slips() -> Iterator[Slip]:
     yield from _times()
     yield from _surgeries()
     yield from _rigs()
+    yield from _series()
 
 
 def _stale() -> Iterator[Slip]:
@@ -237,6 +238,24 @@ def _rigs() -> Iterator[Slip]:
         yield _ask(name, "rig", "D1 rig", Right(refusal=pattern), _new_rig(changed_rig(change)))
 
 
+def _series() -> Iterator[Slip]:
+    """Yield slips that the stages of a surgery show together."""
+    lens = Right(flags=("lens-differs",))
+
+    def sign(document: RigJson) -> None:
+        each_camera("radial", lambda radial: [-radial[0], *radial[1:]])(document)
+
+    def rows(document: RigJson) -> None:
+        each_camera("pixel_size_mm", lambda size: [size[0], 1.01 * size[1]])(document)
+
+    yield _ask(
+        "the rig of one stage with K1 of the other sign", "rig", "INTER", lens, _rig_of_one_stage(sign)
+    )
+    yield _ask("the rig of one stage with rows 1% apart", "rig", "INTER", lens, _rig_of_one_stage(rows))
+    scale = Right(flags=("calibration-drift",))
+    yield _ask("a base 0.4% too long in all stages", "rig", "PRE to POST", scale, _base_of_all_stages)
+
+
 def _ask(name: str, kind: Kind, pair: str, right: Right, ask: Callable[[SlipService, Path], Answer]) -> Slip:
     return Slip(name, kind, pair, "service", right, ask=ask)
 
@@ -315,6 +334,27 @@ def _two_of_four(service: SlipService, _: Path) -> Answer:
     surgery = service.surgery(vertebrae=["L1", "T9"])
     service.stage(surgery, "PRE", pair_of("PRE"))
     return service.motion(surgery, "PRE", "POST", service.stage(surgery, "POST", pair_of("POST")))
+
+
+def _rig_of_one_stage(change: Callable[[RigJson], object]) -> Callable[[SlipService, Path], Answer]:
+    def ask(service: SlipService, _: Path) -> Answer:
+        other = service.client.post("/v1/calibrations", json=changed_rig(change)).json()["id"]
+        surgery = service.surgery()
+        service.stage(surgery, "PRE", pair_of("PRE"))
+        return service.stage(surgery, "INTER", pair_of("INTER"), calibration=other)
+
+    return ask
+
+
+def _base_of_all_stages(service: SlipService, _: Path) -> Answer:
+    def longer(document: RigJson) -> None:
+        left, right = (np.array(document[side]["position_mm"]) for side in ("left", "right"))
+        document["right"]["position_mm"] = (right + 0.004 * (right - left)).tolist()
+
+    calibration = service.client.post("/v1/calibrations", json=changed_rig(longer)).json()["id"]
+    surgery = service.surgery()
+    service.stage(surgery, "PRE", pair_of("PRE"), calibration=calibration)
+    return service.stage(surgery, "INTER", pair_of("INTER"), calibration=calibration)
 
 
 def _new_rig(document: RigJson) -> Callable[[SlipService, Path], Answer]:

@@ -22,6 +22,7 @@ from spinewatch.errors import ParameterError, SpinewatchError
 from spinewatch.imaging.comparison import ComparisonParameters, textured_strip
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import Frame, Side
+from spinewatch.lens_comparison import LensComparisonParameters
 from spinewatch.markers import FLAT_10_14_18
 from spinewatch.parallel import both
 from spinewatch.parameters import Parameters
@@ -35,6 +36,7 @@ from store.packed_stage import PackedStage
 from store.stage_work import PairWork, StageWork
 from store.tables.jobs import STAGE_JOB
 from workers.attempt import LeaseLostError
+from workers.calibration_checks import calibration_flags
 from workers.pair_results import pair_results
 from workers.record_checks import (
     age_flags,
@@ -91,6 +93,7 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
         self._clock_tolerance = clock_tolerance
         self._comparison = ComparisonParameters()
         self._synchronization = SynchronizationParameters()
+        self._lenses = LensComparisonParameters()
         self._pool = ThreadPoolExecutor(max_workers=1)
         self._measurers = StageMeasurers(templates, parameters or Parameters(), self._pool)
 
@@ -224,6 +227,7 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
             *repetitions,
             *burst_repetition_flags(digests),
             *view_delay_flags(work, measurer.rig, self._synchronization),
+            *calibration_flags(work, measurer.rig, result.rig_check, self._lenses),
             *change_flags(changed),
         ]
         flags = [*result.flags, *Flag.of(record)]
@@ -292,6 +296,7 @@ class StageHandler(Handler[StageWork, MeasuredStage]):
             "calibration_max_age_days": self._max_age_days,
             "clock_tolerance_seconds": self._clock_tolerance.total_seconds(),
             "comparison": asdict(self._comparison),
+            "lenses": asdict(self._lenses),
             "synchronization": asdict(self._synchronization),
         }
 

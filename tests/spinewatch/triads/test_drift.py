@@ -1,11 +1,14 @@
+from dataclasses import replace
+
 import numpy as np
 
 from spinewatch.camera import Rig
+from spinewatch.matching.marker_scale import MarkerScale
 from spinewatch.matching.rig_check import RigCheckParameters
 from spinewatch.simulation.observations import FeatureNoise, Observation, observe
 from spinewatch.simulation.rigs import large_rig
 from spinewatch.simulation.spines import random_spine
-from spinewatch.triads.drift import search_and_check_rig
+from spinewatch.triads.drift import search_and_check_rig, series_flags
 from spinewatch.triads.pose import Pose
 from spinewatch.triads.search import SearchParameters, TriadSearch, match_triads
 
@@ -85,3 +88,25 @@ def test_too_few_balls_give_no_check() -> None:
     search, _ = observed(RIG, triads=1)
     left, right = search.observed.left, search.observed.right
     assert search_and_check_rig(search, left, right, RIG, RigCheckParameters())[1:] == (None, ())
+
+
+SCALE = MarkerScale(12, 1.0044, 0.0011, 0.001, 0.0056, False, 0.15, -1.8)
+
+
+def test_stages_show_together_what_one_does_not() -> None:
+    assert not list(series_flags([]))
+    assert not list(series_flags([SCALE]))
+    (flag,) = series_flags([SCALE, SCALE, SCALE])
+    assert flag.code == "calibration-drift"
+    assert "1.0044" in flag.detail
+
+
+def test_scales_of_sound_stages_are_rarely_flagged_together() -> None:
+    """The calibration and the manufacture of the markers err alike in all stages."""
+    rng = np.random.default_rng(2)
+    flagged = 0
+    for _ in range(500):
+        common = rng.normal(0, SCALE.common_sd)
+        scales = [replace(SCALE, scale=1 + common + rng.normal(0, SCALE.sd)) for _ in range(5)]
+        flagged += any(list(series_flags(scales[:n])) for n in range(2, 6))
+    assert flagged <= 0.02 * 500

@@ -17,6 +17,7 @@ from spinewatch.detection.candidates.templates import (
     write_template_set,
 )
 from spinewatch.imaging.comparison import ComparisonParameters
+from spinewatch.lens_comparison import LensComparisonParameters
 from spinewatch.parameters import Parameters
 from spinewatch.progress import silent
 from spinewatch.tracking.synchronization import SynchronizationParameters
@@ -64,6 +65,7 @@ def test_a_stage_is_measured_and_says_with_what(database: Database, tmp_path: Pa
     assert ran.pop("calibration_max_age_days") == 1.0
     assert ran.pop("clock_tolerance_seconds") == 300.0
     assert ran.pop("comparison") == asdict(ComparisonParameters())
+    assert ran.pop("lenses") == asdict(LensComparisonParameters())
     assert ran.pop("synchronization") == asdict(SynchronizationParameters())
     assert ran.pop("markers") == ["flat-10-14-18"]
     assert set(ran) == {field.name for field in fields(Parameters)}

@@ -13,6 +13,7 @@ const ERRORS = [
   "triad-doubtful",
   "labels-uncertain",
   "calibration-drift",
+  "lens-differs",
   "triad-count-high",
   "no-triads",
   "levels-implausible",
