@@ -11,6 +11,7 @@ import numpy as np
 from spinewatch.calibration.errors import TooFewPointsError
 from spinewatch.calibration.flags import calibration_flags
 from spinewatch.calibration.plausibility.cameras import aspect_doubts, check_cameras, principal_point_doubts
+from spinewatch.calibration.plausibility.held_values import held_value_doubts
 from spinewatch.calibration.plausibility.limits import CalibrationLimits
 from spinewatch.calibration.plausibility.points import check_image_points, check_sensor
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot, check_consistent
@@ -140,6 +141,7 @@ def calibrate_cameras(
         *calibration_flags(adjustment, blunders, names, shots),
         *aspect_doubts(adjustment, names, plausibility),
         *principal_point_doubts(adjustment, names, plausibility),
+        *held_value_doubts(adjustment, names, parameters.fixed, plausibility),
     )
     return CalibratedCameras(
         cameras, shots, adjustment, blunders, _pair_accuracy(cameras, shots, adjustment), flags

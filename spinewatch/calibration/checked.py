@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations
 
@@ -19,6 +19,7 @@ from spinewatch.calibration.errors import (
 )
 from spinewatch.calibration.plausibility.cameras import aspect_doubts, check_cameras, principal_point_doubts
 from spinewatch.calibration.plausibility.fit import FitDoubts, fit_doubts
+from spinewatch.calibration.plausibility.held_values import held_value_doubts
 from spinewatch.calibration.plausibility.limits import CalibrationLimits
 from spinewatch.calibration.plausibility.points import check_image_points, check_sensor
 from spinewatch.calibration.points import Sensor, Shot
@@ -119,7 +120,9 @@ def calibrate_checked(
 
 
 def doubt_flags(
-    calibration: StereoCalibration, parameters: CalibrationLimits | None = None
+    calibration: StereoCalibration,
+    parameters: CalibrationLimits | None = None,
+    held: Collection[str] = (),
 ) -> tuple[Flag, ...]:
     """Return the flags of a calibration that is not refused but doubtful.
 
@@ -129,11 +132,14 @@ def doubt_flags(
         The calibration.
     parameters
         Limits of a plausible calibration.
+    held
+        Names of parameters that were held at values that a person gave.
 
     Returns
     -------
     tuple of Flag
-        ``pixel-size-doubtful`` per camera and ``calibration-poor`` per reason.
+        ``pixel-size-doubtful`` per camera, ``calibration-poor`` per reason and ``held-value-contradicted`` per camera
+        and parameter.
     """
     parameters = parameters or CalibrationLimits()
     doubts = _doubts(calibration, parameters)
@@ -141,6 +147,7 @@ def doubt_flags(
         *aspect_doubts(calibration.adjustment, _CAMERA_NAMES, parameters),
         *principal_point_doubts(calibration.adjustment, _CAMERA_NAMES, parameters),
         *(Flag("calibration-poor", reason) for reason in (*doubts.refused, *doubts.flagged)),
+        *held_value_doubts(calibration.adjustment, _CAMERA_NAMES, held, parameters),
     )
 
 

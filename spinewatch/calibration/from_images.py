@@ -275,7 +275,7 @@ def _assessed(
     repeated: tuple[Flag, ...],
 ) -> CalibrationResult:
     """Return a calibration with its flags, geometry and accuracy."""
-    doubts = doubt_flags(calibration, parameters.plausibility)
+    doubts = doubt_flags(calibration, parameters.plausibility, parameters.solve.fixed)
     calibration = replace(calibration, flags=(*calibration.flags, *repeated, *doubts))
     adjustment, cleaned = calibration.adjustment, calibration.without_blunders()
     rng = np.random.default_rng(0)  # the same standard deviations for the same images

@@ -22,6 +22,15 @@ KINDS = (
         " another tilted shot.",
     ),
     FlagKind(
+        "held-value-contradicted",
+        "calibration",
+        "A value at which a parameter was held, as by `--fix f=8`, is not that which the points show, by more than 4"
+        " standard deviations: positions of the cameras and all measurements follow from it.",
+        "Adjust the parameter. A nominal focal length or the centre of the image are seldom those of a lens.",
+        "0 of 120 simulated calibrations with f, K1 or x0 and y0 held at their true values, 1 to 3 shots, noise of 0.03"
+        " to 0.2 px; f held 1% off is flagged in 18 of 25, 3% off in 25 of 25",
+    ),
+    FlagKind(
         "no-redundancy",
         "calibration",
         "There are as many unknowns as observations: residuals are zero and no deviation can be stated.",

@@ -1,10 +1,11 @@
 """Why a stereo pair shows no triads: the change to images or rig with which its features become triads.
 
 Each likely mistake is undone in turn: images exchanged, mirrored or turned, a camera rotated across the epipolar lines,
-a base or range that is far off. The search for triads in full view is repeated, and its chain has log-odds. A cause is
-named only if these are far above chance and far above those of every other cause. Whether images without triads belong
-together at all follows from the number of features that meet (`meeting`), which does not distinguish images of two
-stages from hidden markers with certainty.
+a base that is far off, markers outside the range that was given. The search for triads in full view is repeated, and
+its chain has log-odds. A cause is named only if these are far above chance and far above those of every other cause.
+Whether images without triads belong together at all follows from the number of features that meet (`meeting`), which
+does not distinguish images of two stages from hidden markers with certainty. In a range that is far off, balls have
+another size and are not detected: then only the ranges can be compared.
 """
 
 from __future__ import annotations
@@ -16,8 +17,9 @@ import numpy as np
 
 from spinewatch.camera import Rig
 from spinewatch.detection.features import Features
-from spinewatch.errors import SpinewatchError
+from spinewatch.errors import ParameterError, SpinewatchError
 from spinewatch.markers import TriadModel, scaled
+from spinewatch.matching.epipolar import EpipolarParameters, range_limits_mm
 from spinewatch.matching.identification import identify_triads
 from spinewatch.matching.points import match_features
 from spinewatch.matching.rating import likeliest_points, rate_candidates
@@ -66,7 +68,7 @@ class Diagnosis:
 
 @dataclass(frozen=True, eq=False)
 class _Trial:
-    """A mistake undone: features, rig and markers with which the search is repeated."""
+    """A mistake undone: features, rig, markers and range with which the search is repeated."""
 
     cause: str
     detail: str
@@ -74,6 +76,7 @@ class _Trial:
     rig: Rig
     models: Sequence[TriadModel]
     trials: int
+    epipolar: EpipolarParameters
 
 
 def diagnose(
@@ -147,22 +150,49 @@ def diagnose(
         return replace(best, detail=", or ".join(details))
     given = next(d for d in found if not d.cause)
     sigma = meeting_sigma(pair, rig, search.matching.epipolar, p)
+    far_off = _far_range(rig, search.matching.epipolar)
     if (given.triads and given.log_odds >= p.min_log_odds) or sigma >= p.related_sigma:
         detail = "the images seem to belong together: balls are hidden or were not detected"
-        return replace(given, cause="hidden", detail=detail)
+        return replace(given, cause="hidden", detail=detail + far_off)
     detail = (
         "the features of the two images do not meet: balls are hidden or were not detected, or the images are not of"
         " the same moment, or not of this rig"
     )
-    return replace(given, cause="hidden-or-unrelated", detail=detail)
+    return replace(given, cause="hidden-or-unrelated", detail=detail + far_off)
+
+
+def _far_range(rig: Rig, epipolar: EpipolarParameters) -> str:
+    """Return a remark on a range that was given and lies elsewhere than the optical axes meet; empty without one."""
+    if epipolar.range_mm is None:
+        return ""
+    try:
+        usual = np.mean(range_limits_mm(rig, replace(epipolar, range_mm=None)), axis=0)
+    except ParameterError:
+        return ""
+    near, far = epipolar.range_mm
+    if usual[0] <= (near + far) / 2 <= usual[1]:
+        return ""
+    return (
+        f"; or the range of {near:g} to {far:g} mm that was given is not that of the markers: the optical axes meet at"
+        f" about {usual[0]:.0f} to {usual[1]:.0f} mm"
+    )
 
 
 def _trials(
     pair: Pair, rig: Rig, search: SearchParameters, models: Sequence[TriadModel], p: DiagnosisParameters
 ) -> Iterator[_Trial]:
     """Yield the pair as given, without a cause, and with every mistake undone."""
-    yield _Trial("", "", pair, rig, models, 1)
-    yield _Trial(_EXCHANGED, "left and right are exchanged", pair[::-1], rig, models, p.exchange_trials)
+    given = search.matching.epipolar
+    yield _Trial("", "", pair, rig, models, 1, given)
+    exchanged = "left and right are exchanged"
+    yield _Trial(_EXCHANGED, exchanged, pair[::-1], rig, models, p.exchange_trials, given)
+    if given.range_mm is not None:
+        near, far = given.range_mm
+        detail = (
+            f"the markers lie outside of the range of {near:g} to {far:g} mm that was given; give the range in which"
+            " they are along the optical axes, or none"
+        )
+        yield _Trial("range", detail, pair, rig, models, 1, replace(given, range_mm=None))
     for how, mirror in (("mirrored", (True, False)), ("turned upside down", (True, True))):
         for which, changed in (
             ("both images are", (0, 1)),
@@ -175,12 +205,11 @@ def _trials(
             ]
             detail = f"{which} {how}"
             cause = _EXCHANGED if all(mirror) and len(changed) == 2 else detail
-            yield _Trial(cause, detail, (undone[0], undone[1]), rig, models, p.mirror_trials)
+            yield _Trial(cause, detail, (undone[0], undone[1]), rig, models, p.mirror_trials, given)
     for size in p.sizes:
         detail = f"markers come out {100 * (size - 1):+.0f}% in size: baseline, vergence or marker are not those given"
-        yield _Trial(
-            _SIZE, detail, pair, rig, [scaled(m, size) for m in models], p.exchange_trials * len(p.sizes)
-        )
+        trials = p.exchange_trials * len(p.sizes)
+        yield _Trial(_SIZE, detail, pair, rig, [scaled(m, size) for m in models], trials, given)
     for turn, roll in likeliest_rotations(pair, rig, search, models, p):
         right = rig.right.moved(np.array([turn, 0.0, roll]), np.zeros(3))
         detail = (
@@ -188,7 +217,7 @@ def _trials(
             f" {np.degrees(turn):.2f} degrees about its x axis and {np.degrees(roll):.2f} about its optical axis;"
             " calibrate again"
         )
-        yield _Trial(_MOVED, detail, pair, Rig(rig.name, rig.left, right), models, p.offset_trials)
+        yield _Trial(_MOVED, detail, pair, Rig(rig.name, rig.left, right), models, p.offset_trials, given)
 
 
 def _chain(
@@ -197,7 +226,8 @@ def _chain(
     """Return the number of triads in full view of the best chain, and its log-odds."""
     try:
         diameter = max(model.ball_diameter_mm for model in trial.models)
-        points = match_features(*trial.pair, trial.rig, diameter, search.matching)
+        matching = replace(search.matching, epipolar=trial.epipolar)
+        points = match_features(*trial.pair, trial.rig, diameter, matching)
     except (SpinewatchError, np.linalg.LinAlgError):
         return 0, 0.0
     points = likeliest_points(points, search.selection, search.max_points)

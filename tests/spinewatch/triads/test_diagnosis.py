@@ -47,6 +47,37 @@ def test_exchanged_images(seed: int) -> None:
     assert found.detail.startswith("left and right are exchanged")
 
 
+def with_range(near_mm: float, far_mm: float) -> SearchParameters:
+    return SearchParameters(matching=MatchingParameters(epipolar=EpipolarParameters((near_mm, far_mm))))
+
+
+@pytest.mark.parametrize("range_mm", [(300.0, 450.0), (900.0, 1200.0), (63.0, 76.0), (500.0, 560.0)])
+@pytest.mark.parametrize("seed", range(3))
+def test_markers_outside_the_range_that_was_given(seed: int, range_mm: tuple[float, float]) -> None:
+    seen = observed(seed=seed)
+    found = diagnose(seen.left, seen.right, RIG, with_range(*range_mm), [FLAT_10_14_18], expected=4, axis="x")
+    assert found.cause == "range"
+    assert f"range of {range_mm[0]:g} to {range_mm[1]:g} mm" in found.detail
+
+
+@pytest.mark.parametrize(("range_mm", "named"), [((300.0, 450.0), True), ((500.0, 560.0), False)])
+def test_a_range_that_is_far_off_is_named_when_no_ball_is_detected(
+    range_mm: tuple[float, float], named: bool
+) -> None:
+    seen = observed(dropped=range(12))
+    found = diagnose(seen.left, seen.right, RIG, with_range(*range_mm), [FLAT_10_14_18], expected=4, axis="x")
+    assert found.cause.startswith("hidden")
+    assert ("the optical axes meet at about 495 to 9" in found.detail) is named
+
+
+def test_exchanged_images_with_a_range_are_not_taken_for_a_wrong_range() -> None:
+    seen = observed()
+    found = diagnose(
+        seen.right, seen.left, RIG, with_range(550.0, 800.0), [FLAT_10_14_18], expected=4, axis="x"
+    )
+    assert found.cause == "exchanged"
+
+
 def test_of_too_many_points_the_most_likely_are_used() -> None:
     seen = observed()
     few = SearchParameters(max_points=2)  # of two points no triad can be made

@@ -62,6 +62,7 @@ const WARNINGS = [
   "radiograph-heights-differ",
   "radiograph-rotation-unknown",
   "pixel-size-doubtful",
+  "held-value-contradicted",
   "initial-tilts-doubtful",
   "initial-poses-misfit",
 ] as const;
