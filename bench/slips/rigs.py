@@ -37,6 +37,7 @@ def slips() -> Iterator[Slip]:
     yield from _units()
     yield from _impossible()
     yield from _turned()
+    yield from _ranges()
 
 
 def _drifts() -> Iterator[Slip]:
@@ -174,6 +175,23 @@ def _turned() -> Iterator[Slip]:
             )
         ),
     )
+
+
+def _ranges() -> Iterator[Slip]:
+    named = Right(flags=("no-triads",), detail=r"range of .* given")
+    for stage, text in (("PRE", "500,600"), ("INTER", "300,450"), ("POST", "63,76"), ("PRE", "900,1200")):
+        yield Slip(
+            f"--range {text}, {stage}",
+            "unit",
+            stage,
+            "process",
+            named,
+            _with_range(stage, text),
+        )
+
+
+def _with_range(stage: str, text: str) -> Callable[[Path], Sequence[object]]:
+    return lambda _: [*process_arguments(stage_files(stage)), "--range", text]
 
 
 def _with_rig(name: str, kind: Kind, stage: str, change: Change, right: Right) -> Slip:

@@ -143,6 +143,9 @@ def _sizes() -> Iterator[Slip]:
             refusal=r"pixel.?size|micrometre|misses the control points", flags=("pixel-size-doubtful",)
         )
         yield _options(f"pixel size {name}", "unit", (*_CART, "--pixel-size", value), right)
+    held = Right(flags=("held-value-contradicted",))
+    for value in ("f=8", "f=7.7", "K1=0"):
+        yield _options(f"--fix {value}, a nominal value", "calibration", (*_CART, "--fix", value), held)
     size = Right(refusal=r"outside|image.?size|principal", flags=("pixel-size-doubtful",))
     yield _options("image size with height first", "table", ("--image-size", "416x568"), size)
     yield _options("image size of another camera", "table", ("--image-size", "1136x832"), size)

@@ -166,6 +166,17 @@ KINDS = (
         " (`tests/spinewatch/spine/test_radiographs.py`)",
     ),
     FlagKind(
+        "radiograph-mirror-possible",
+        "spine",
+        "The common points fit a mirrored PA or lateral view, alone or as well as the one that was given, and the"
+        " patient axes of the setup do not decide: three points, or points in one plane, cannot show that an image was"
+        " mirrored or its side named wrongly.",
+        "Give a further common point out of the plane of the others. Check which side each image shows.",
+        "0 of 360 simulated pairs with 4, 6 and 8 common points; with three all of 60 without stated patient axes and 9"
+        " of 60 with them. Of 60 pairs with a mirrored PA view and three points, stated axes refuse 59 and flag one; of"
+        " 180 with more points and no axes, 133 are flagged and 47 refused by their scale",
+    ),
+    FlagKind(
         "radiograph-rotation-unknown",
         "spine",
         "Vertebrae without pedicles in the PA radiograph have no measured axial rotation; it is set to 0 with a large"

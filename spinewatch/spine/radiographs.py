@@ -13,6 +13,7 @@ from spinewatch.flags import Flag
 from spinewatch.geometry.rotations import vector_from_rotation
 from spinewatch.spine.axes_checks import AxesCheckParameters, AxesEvidence, axes_doubt
 from spinewatch.spine.configuration import InitialKind, InitialSpine
+from spinewatch.spine.patient_axes import PatientAxesContradictedError
 from spinewatch.spine.radiograph_fit import (
     RadiographFitParameters,
     SimilarityFit,
@@ -37,6 +38,7 @@ from spinewatch.spine.radiograph_landmarks import (
     in_anatomical_order,
     require_consistent,
 )
+from spinewatch.spine.radiograph_mirror import mirror_flags
 
 
 @dataclass(frozen=True)
@@ -160,20 +162,32 @@ def initial_from_radiographs(  # noqa: PLR0913
     require_consistent(pa, lateral, ordered)
     _require_distinct([point.name for point in common])
     heights = shared_heights(pa, lateral, ordered, common, landmark_sd_px)
-    similarity = fit_common_points(
-        [point.name for point in common],
-        projected_points(pa, lateral, common, heights.offset_mm) if common else np.zeros((0, 3)),
-        projected_variances(pa, lateral, landmark_sd_px),
-        np.array([point.object_mm for point in common]),
-        np.array([point.covariance_mm2 for point in common]),
-        p.fit,
-    )
+    source = projected_points(pa, lateral, common, heights.offset_mm) if common else np.zeros((0, 3))
+
+    def fit_of(source_mm: Float) -> SimilarityFit:
+        return fit_common_points(
+            [point.name for point in common],
+            source_mm,
+            projected_variances(pa, lateral, landmark_sd_px),
+            np.array([point.object_mm for point in common]),
+            np.array([point.covariance_mm2 for point in common]),
+            p.fit,
+        )
+
+    def has_other_axes(fit: SimilarityFit) -> bool:
+        try:
+            return bool(_axes_flags(fit, patient_axes, axes_covariance_deg2, p))
+        except PatientAxesContradictedError:
+            return True
+
+    similarity = fit_of(source)
     flags = (
         *_spacing_flags(pa, lateral, p.max_spacing_difference),
         *fit_flags(similarity, p.fit),
         *_height_flags(heights, p.fit),
         *_rotation_flags(ordered, p.shape),
         *_axes_flags(similarity, patient_axes, axes_covariance_deg2, p),
+        *mirror_flags(fit_of, source, has_other_axes, p.fit),
     )
     poses = projected_poses(pa, lateral, ordered, heights.offset_mm, landmark_sd_px, p.shape)
     R, scale = similarity.transform.rotation, similarity.transform.scale

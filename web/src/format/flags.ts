@@ -60,6 +60,7 @@ const WARNINGS = [
   "radiograph-spacing-unequal",
   "radiograph-point-doubtful",
   "radiograph-heights-differ",
+  "radiograph-mirror-possible",
   "radiograph-rotation-unknown",
   "pixel-size-doubtful",
   "held-value-contradicted",
