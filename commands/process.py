@@ -55,7 +55,8 @@ def process(  # noqa: PLR0913, PLR0917 - one argument per option
         typer.Option(
             "--marker",
             help="Marker in use, once per kind: a name, flat:XX,YY,MX or orthogonal:XX,YY,ZZ with the lengths of its"
-            " legs, mm.",
+            " legs from P to the centres of the balls, mm. The order matters: flat:18,14,10 is flat-10-14-18, whose"
+            " name begins with the shortest leg.",
             show_default="flat-10-14-18",
         ),
     ] = None,

@@ -23,11 +23,12 @@ from spinewatch.flags import Flag
 from spinewatch.levels import anatomical_sequence, level_numbers
 from spinewatch.spine import configuration
 from spinewatch.spine.axes_checks import patient_axes_flags
-from spinewatch.spine.configuration import InitialSpine
+from spinewatch.spine.configuration import InitialKind, InitialSpine
 from spinewatch.spine.generic_spine import generic_spine
 from spinewatch.spine.initial import initial_from_poses
 from spinewatch.spine.initial_reversals import initial_reversal_flags
 from spinewatch.spine.initial_tilts import initial_tilt_flags
+from spinewatch.spine.level_shift import level_shift_flags
 from spinewatch.spine.orientation import rotation_from_tilts
 from spinewatch.spine.patient_axes import require_axes_of_triads
 from spinewatch.spine.radiograph_landmarks import RadiographView
@@ -67,6 +68,9 @@ def library_setup(
     axes = patient_axes(document.patient_axes)
     require_axes_of_triads(axes, triads, surgery.extra_levels)
     initial, flags = _initial(document, axes, surgery.extra_levels, triads, radiographs)
+    if initial.kind is not InitialKind.GENERIC:  # the triads made that one
+        placed = isinstance(document.initial, InitialPoses) and document.initial.frame == "patient"
+        flags = (*flags, *level_shift_flags(initial, triads, surgery.extra_levels, placed_by_triads=placed))
     setup = configuration.SpineSetup(
         patient_axes=axes,
         reference=document.reference_vertebra or surgery.reference_vertebra,

@@ -52,7 +52,9 @@ MarkerText = Annotated[
     Field(
         min_length=1,
         max_length=64,
-        description="A marker: its name, or flat:XX,YY,MX or orthogonal:XX,YY,ZZ with the lengths of its legs, mm.",
+        description="A marker: its name, or flat:XX,YY,MX or orthogonal:XX,YY,ZZ with the lengths of its legs from P to"
+        " the centres of the balls, mm. The order matters: flat:18,14,10 is flat-10-14-18, whose name begins with the"
+        " shortest leg.",
         examples=["flat:18,14,10"],
     ),
     AfterValidator(_marker),

@@ -15,6 +15,26 @@ if TYPE_CHECKING:
     import spinewatch.triads.pose
 
 
+class PlacedCentre(Schema):
+    """A ball centre that a person placed, beside what was detected in the image."""
+
+    side: Annotated[Literal["left", "right"], Field(description="The image.")]
+    feature: Annotated[
+        Vector2 | None,
+        Field(
+            description="Nearest detected feature like a ball that no other ball uses (u, v), px; null when there is"
+            " none within three radii: nothing in the image confirms the centre, and its deviation is wider."
+        ),
+    ]
+    distance_px: Annotated[Number | None, Field(description="Distance from it, px; null without one.")]
+    distance_sd: Annotated[
+        Number | None,
+        Field(
+            description="The same, in standard deviations of a centre that a person placed on it; null without one."
+        ),
+    ]
+
+
 class Ball(Schema):
     """One reconstructed ball of a marker."""
 
@@ -33,6 +53,10 @@ class Ball(Schema):
     manual: Annotated[
         list[Literal["left", "right"]], Field(description="Images in which a person placed the centre.")
     ] = Field(default_factory=list)
+    placed: Annotated[
+        list[PlacedCentre],
+        Field(description="The same centres beside what was detected; empty in results of earlier versions."),
+    ] = Field(default_factory=list)
 
     @classmethod
     def of(cls, ball: spinewatch.triads.pose.Ball) -> Ball:
@@ -44,6 +68,15 @@ class Ball(Schema):
             right=plain(ball.right_px),
             parallax_mm=ball.parallax_mm,
             manual=list(ball.manual_in),
+            placed=[
+                PlacedCentre(
+                    side=side,
+                    feature=centre.feature_px and list(centre.feature_px),
+                    distance_px=centre.distance_px,
+                    distance_sd=centre.distance_sd,
+                )
+                for side, centre in ball.placed.items()
+            ],
         )
 
 

@@ -13,6 +13,9 @@ from spinewatch.arrays import Bool, Float, Int
 from spinewatch.errors import ParameterError
 from spinewatch.numbers import parse_number
 
+BALL_DIAMETER_MM = 8.0
+"""Diameter of the balls of a marker that is described by a text."""
+
 _FLAT_VOLUME_MM3 = 1.0
 """Four balls whose determinant is smaller than this lie in a plane."""
 
@@ -131,7 +134,7 @@ class TriadModel:
 
 
 def flat_triad(
-    xx_mm: float = 18.0, yy_mm: float = 14.0, mx_mm: float = 10.0, ball_diameter_mm: float = 8.0
+    xx_mm: float = 18.0, yy_mm: float = 14.0, mx_mm: float = 10.0, ball_diameter_mm: float = BALL_DIAMETER_MM
 ) -> TriadModel:
     """Return a flat marker: XX, P and MX on a line, YY beside it.
 
@@ -164,7 +167,9 @@ def flat_triad(
     )
 
 
-def orthogonal_triad(xx_mm: float, yy_mm: float, zz_mm: float, ball_diameter_mm: float = 8.0) -> TriadModel:
+def orthogonal_triad(
+    xx_mm: float, yy_mm: float, zz_mm: float, ball_diameter_mm: float = BALL_DIAMETER_MM
+) -> TriadModel:
     """Return a marker with balls at the ends of three perpendicular legs that meet in P.
 
     The origin is P, z is the normal of the plane of the balls on the side away from P, x is parallel to the line from
@@ -226,11 +231,11 @@ FLAT_10_14_18 = flat_triad()
 MODELS: Mapping[str, TriadModel] = {FLAT_10_14_18.name: FLAT_10_14_18}
 """Markers by name."""
 
-_KINDS: Mapping[str, Callable[[float, float, float], TriadModel]] = {
+KINDS: Mapping[str, Callable[[float, float, float], TriadModel]] = {
     "flat": flat_triad,
     "orthogonal": orthogonal_triad,
 }
-"""Markers by the kind of their legs."""
+"""Markers by the kind of their legs: how a text of each is made a marker, from its three lengths, mm."""
 
 
 def marker(name: str) -> TriadModel:
@@ -287,7 +292,7 @@ def parse_marker(text: str) -> TriadModel:
     kind, separator, legs = text.partition(":")
     if not separator:
         return marker(text)
-    if kind not in _KINDS:
+    if kind not in KINDS:
         raise ParameterError(
             f"marker {text!r} is none of {', '.join(sorted(MODELS))}, flat:... or orthogonal:..."
         )
@@ -297,7 +302,14 @@ def parse_marker(text: str) -> TriadModel:
         raise ParameterError(f"marker {text!r} must have 3 numbers, like {kind}:18,14,10") from error
     if not all(0 < length <= _MAX_LEG_MM for length in (xx, yy, third)):
         raise ParameterError(f"marker {text!r} must have lengths above 0 and up to {_MAX_LEG_MM:g} mm")
-    return _KINDS[kind](xx, yy, third)
+    try:
+        return KINDS[kind](xx, yy, third)
+    except ParameterError as error:
+        if max(xx, yy, third) >= BALL_DIAMETER_MM:
+            raise
+        raise ParameterError(
+            f"marker {text!r} is smaller than a ball; give the lengths of its legs in mm, not in cm or m"
+        ) from error
 
 
 def _volume_signs(balls_mm: Float) -> Float:

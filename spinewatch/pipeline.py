@@ -14,6 +14,7 @@ from spinewatch.detection.candidates.templates import TemplateSet
 from spinewatch.detection.detector import prepare_detector
 from spinewatch.detection.features import Features
 from spinewatch.detection.manual import CentreEdit, edit_features
+from spinewatch.detection.placed_centres import like_balls
 from spinewatch.errors import SameImageError
 from spinewatch.flags import Flag
 from spinewatch.imaging.comparison import compare_images
@@ -29,6 +30,8 @@ from spinewatch.triads.drift import search_and_check_rig
 from spinewatch.triads.explanation import Explanation, explain
 from spinewatch.triads.flags import TRIAD_FLAGS, triad_flags
 from spinewatch.triads.labels import label_triads
+from spinewatch.triads.marker_check import marker_flags
+from spinewatch.triads.placed_centres import compare_placed_centres
 from spinewatch.triads.pose_fit import fit_poses
 from spinewatch.triads.search import TriadSearch, match_triads
 from spinewatch.triads.second_look import missing_ball_places
@@ -161,9 +164,11 @@ class StageMeasurer:
         for found, before, changes, view in zip(
             detections, features, edits, self._detector.views, strict=True
         ):
-            after = edit_features(before, changes, view.ball_px, centres)
+            detected = before.with_others(found.features)
+            after = edit_features(before, changes, view.ball_px, centres, detected)
             discarded = found.discarded.beside(found.features, after)
-            edited.append(replace(found, features=after, discarded=discarded))
+            likely = like_balls(detected, centres)
+            edited.append(replace(found, features=after, discarded=discarded, detected=likely))
         return edited[0], edited[1]
 
     def measure(
@@ -286,16 +291,22 @@ class StageMeasurer:
             search = _without_unsupported_poses(search, request)
         diagnosis_flags = self._diagnose(detections, frames, search, request)
         unused_flags = unused_centre_flags((detections[0].features, detections[1].features), search.triads)
+        triads, placed_flags = compare_placed_centres(
+            search.triads,
+            (detections[0].detected, detections[1].detected),
+            (self._detector.views[0].ball_px, self._detector.views[1].ball_px),
+            self.parameters.centres,
+        )
         progress("label", 0.9)
         labelled, label_flags = label_triads(
-            search.triads,
+            triads,
             request.labels,
             request.spine_axis,
             self.parameters.labels,
             request.known,
             request.extra_levels,
         )
-        of_triads = (*search.flags, *unused_flags)
+        of_triads = (*search.flags, *unused_flags, *placed_flags)
         flags = (*flags_of_views(detections), *of_triads, *rig_flags, *diagnosis_flags, *label_flags)
         explanation = self._explanation(detections, search, request) if explained else None
         return StageMeasurement(
@@ -364,17 +375,32 @@ class StageMeasurer:
         search: TriadSearch,
         request: StageRequest,
     ) -> tuple[Flag, ...]:
-        """Return flags with the cause if none, or fewer than half of the expected triads were found."""
+        """Return flags with the cause if triads are missing, or none fits the markers in full view."""
+        left, right = (detection.features for detection in detections)
+        other_marker = marker_flags(
+            search.triads,
+            (left, right),
+            self.rig,
+            self.parameters.search,
+            request.models,
+            self.parameters.diagnosis,
+            expected=request.expected,
+            axis=request.spine_axis,
+            misfit=any(flag.code == "appearance-unusual" for flag in search.flags),
+        )
         found = _pose_count(search)
         if found and 2 * found >= (request.expected or 0):
-            return ()
+            return other_marker
         if compare_images(
             frames[0].pixels, frames[1].pixels
         ).repeated:  # without parallax there are no triads
             raise SameImageError(SAME_IMAGE)
+        expected = f" of {request.expected}" if request.expected else ""
+        if other_marker:
+            detail = f"{found}{expected} triads were found; {other_marker[0].detail}"
+            return (Flag("no-triads", detail), *other_marker)
         if axis_flags := self._axis_flags(detections, frames, found, request):
             return axis_flags
-        left, right = (detection.features for detection in detections)
         diagnosis = diagnose(
             left,
             right,
@@ -385,7 +411,6 @@ class StageMeasurer:
             expected=request.expected,
             axis=request.spine_axis,
         )
-        expected = f" of {request.expected}" if request.expected else ""
         flag = Flag("no-triads", f"{found}{expected} triads were found; {diagnosis.detail}")
         return (flag, Flag("calibration-drift", diagnosis.detail)) if diagnosis.rig_has_moved else (flag,)
 

@@ -11,6 +11,7 @@ from spinewatch.errors import ParameterError, SameImageError
 from spinewatch.flags import Flag
 from spinewatch.imaging.frame import SIDES, Frame
 from spinewatch.levels import vertebra_names
+from spinewatch.marker_texts import require_possible
 from spinewatch.markers import FLAT_10_14_18, TriadModel
 from spinewatch.matching.exclusion import RemovedTriad
 from spinewatch.matching.rig_check import RigCheck
@@ -59,6 +60,7 @@ class StageRequest:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "labels", vertebra_names(self.labels, self.extra_levels))
+        require_possible(self.models)
         if self.triads is not None and self.triads < 1:
             raise ParameterError("the number of triads must be at least 1")
         if self.labels and self.triads not in (None, len(self.labels)):

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numpy as np
+
 from contract.features import FeaturePair
 from contract.revision import CentreEdit, MovedCentre, RemovedCentre, RemovedTriad, TriadEdits
 from spinewatch.detection import manual
@@ -13,6 +15,7 @@ from spinewatch.imaging.frame import Frame, Side
 from spinewatch.pipeline import StageMeasurer
 from spinewatch.progress import Progress
 from spinewatch.stage import StageMeasurement, StageRequest
+from spinewatch.triads.moved_triads import EarlierTriad, moved_triad_flags
 from store.errors import FeaturesMissingError
 from store.measurements import MeasuredStage
 from workers.stage_decisions import Decision, decisions_of, excluded, removed_by
@@ -83,7 +86,22 @@ class EditedTake:
         changes = _of_side(of_pair, "left"), _of_side(of_pair, "right")
         detections = measurer.edit(detections, self._features(pair).library(), changes)
         without = replace(request, removed=excluded(self.removed))
-        return measurer.match(detections, frames, without, progress, explained=True)
+        measurement = measurer.match(detections, frames, without, progress, explained=True)
+        moved = moved_triad_flags(self._found_before(), [one.triad for one in measurement.triads])
+        return replace(measurement, flags=(*measurement.flags, *moved))
+
+    def _found_before(self) -> list[EarlierTriad]:
+        """Return the triads of the take that were in full view without a placed centre; none of a burst."""
+        if self.revised.result.burst is not None:
+            return []
+        found = []
+        for triad in self.revised.result.triads:
+            pose, balls = triad.pose(), triad.balls.values()
+            left = [ball.left for ball in balls if ball.left is not None and not ball.manual]
+            right = [ball.right for ball in balls if ball.right is not None and not ball.manual]
+            if pose is not None and len(left) == len(right) == len(balls):
+                found.append(EarlierTriad(pose, {"left": np.array(left), "right": np.array(right)}))
+        return found
 
     def _features(self, pair: int) -> FeaturePair:
         if pair == 1:

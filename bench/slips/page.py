@@ -23,6 +23,8 @@ its sound neighbour. This page is written by `python -m bench.mistakes --page`, 
 _TITLES: dict[Kind, str] = {
     "labels": "Names of vertebrae",
     "order": "Order",
+    "marker": "Markers",
+    "edit": "Centres placed by hand",
     "setup": "Setups of spines",
     "swap": "Images and cameras exchanged",
     "rig": "Rigs",

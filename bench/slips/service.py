@@ -61,9 +61,12 @@ class SlipService:
         """Send a stage, wait for it, and return its flags and triads, or the refusal."""
         start = perf_counter()
         sent = self._service.send(surgery, name, images, calibration or self.calibration, captured_at)
-        if not sent.is_success:
-            return answer_of(sent, start)
-        job = self._service.finished(sent.json()["job"]["id"])
+        return self.measured(surgery, name, sent) if sent.is_success else answer_of(sent, start)
+
+    def measured(self, surgery: str, name: str, sent: httpx.Response) -> Answer:
+        """Wait for a stage that was sent or revised, and return its flags and triads, or why it failed."""
+        start = perf_counter()
+        job = self._service.finished(sent.headers["location"].removeprefix("/v1/jobs/"))
         if job["state"] != "succeeded":
             return Answer(
                 2 if job["attempts"] == 1 else None, json.dumps(job["error"]), {}, perf_counter() - start

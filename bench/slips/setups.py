@@ -10,6 +10,7 @@ import numpy as np
 
 from bench.slips.service import SlipService, pair_of
 from bench.slips.slip import Answer, Right, Slip
+from spinewatch.levels import anatomical_sequence
 
 _CURVE = {
     "T7": (0.0, 150.0, 20.0),
@@ -26,6 +27,9 @@ _SAMPLE = {
     "L1": (0.0, 0.0, 5.0, 17.0),
 }
 """Poses that the sample's triads of PRE fit: the same, and the axial rotation, degrees."""
+_SEQUENCE = anatomical_sequence(())
+_HOLDER_MM = 45.0
+"""Height of a triad over the centroid of its vertebra, mm."""
 
 
 def slips() -> Iterator[Slip]:
@@ -47,7 +51,13 @@ def slips() -> Iterator[Slip]:
     two = _poses(("T11", "L1"), length=0.1)
     yield _slip("positions of two initial poses in centimetres", Right(refusal=r"in mm"), two)
     yield _slip("initial poses without deviations", Right(sound=_has_deviations), _poses())
-
+    for name, shift in (("cranial", -1), ("caudal", 1)):
+        right = Right(flags=("initial-levels-shifted",))
+        title = f"vertebrae of initial poses in object axes named a level too {name}"
+        yield Slip(title, "setup", "PRE", "service", right, ask=_named(shift))
+    yield Slip(
+        "initial poses in object axes", "setup", "PRE", "service", Right(sound=_unshifted), ask=_named(0)
+    )
     yield Slip(
         "a marker stored as clamped again, before and after a correction",
         "setup",
@@ -116,6 +126,38 @@ def _clamped_again(service: SlipService, _: Path) -> Answer:
 
 def _unflagged(answer: Answer) -> bool:
     return not answer.codes and bool(answer.document["measures"])
+
+
+def _named(shift: int) -> Callable[[SlipService, Path], Answer]:
+    """Return poses of T6 to L2 below the triads of a stage, named ``shift`` levels off."""
+
+    def ask(service: SlipService, _: Path) -> Answer:
+        surgery = service.surgery()
+        triads = service.stage(surgery, "PRE", pair_of("PRE")).document["triads"]
+        marked = [_SEQUENCE.index(triad["label"]) for triad in triads]
+        order = np.argsort(marked)
+        places = np.array([triad["position_mm"] for triad in triads])[order] - [0.0, 0.0, _HOLDER_MM]
+        numbers = np.arange(_SEQUENCE.index("T6"), _SEQUENCE.index("L2") + 1)
+        fit = np.polyfit(np.array(marked)[order], places, 2)
+        poses = [
+            {
+                "vertebra": _SEQUENCE[number + shift],
+                "position_mm": (fit[0] * number**2 + fit[1] * number + fit[2]).tolist(),
+                "angles_deg": [0.0, 0.0, 0.0],
+            }
+            for number in numbers
+        ]
+        setup = {
+            "patient_axes": {"kind": "directions", "cephalad": "+x", "left": "+y"},
+            "initial": {"kind": "poses", "frame": "object", "poses": poses},
+        }
+        return service.spine(surgery, "PRE", setup)
+
+    return ask
+
+
+def _unshifted(answer: Answer) -> bool:
+    return "initial-levels-shifted" not in answer.codes and _has_deviations(answer)
 
 
 def _has_deviations(answer: Answer) -> bool:

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 Kind = Literal[
     "labels",
+    "marker",
+    "edit",
     "order",
     "setup",
     "rig",

@@ -13,7 +13,8 @@ from contract.measuring import MAX_MARKERS, MarkerText, Measuring, RangeText
 from service.forms.images import File, read_image
 from service.parameters import TextTime, TimeImplausibleError, require_plausible_time
 from service.problems import InvalidInputError
-from spinewatch.errors import ImageSizeError, SameImageError, SpinewatchError
+from spinewatch.errors import ImageSizeError, ParameterError, SameImageError, SpinewatchError
+from spinewatch.marker_texts import require_possible
 from store.images import NewImage
 from store.stage_submission import NewPair, NewStage
 from store.tables.calibrations import Calibration
@@ -104,6 +105,7 @@ def read_stage(form: StageForm, now: datetime, tolerance: timedelta) -> NewStage
     """Return what was taken, with headers and times checked; raises ``InvalidInputError``, which names the part."""
     n = len(form.left)
     _require_counts(form)
+    _require_possible_markers(form.measuring)
     require_plausible_time("captured_at", form.captured_at, now, tolerance)
     times = _times(form, now, tolerance)
     index = [None] if n == 1 else range(n)
@@ -153,6 +155,15 @@ def _require_counts(form: StageForm) -> None:
         if any(counts.values()) and count != n:
             detail = f"{count} times for {n} pairs; send both times of every pair, or none"
             raise InvalidInputError(name, BurstUnequalError(detail))
+
+
+def _require_possible_markers(measuring: Measuring) -> None:
+    """Raise ``InvalidInputError`` for a marker whose balls overlap, or that cannot be told from another one."""
+    for index in range(len(measuring.markers)):
+        try:
+            require_possible(measuring.models[: index + 1])
+        except ParameterError as error:
+            raise InvalidInputError("marker", error, index) from error
 
 
 def _times(

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spinewatch.arrays import Float
 from spinewatch.detection.features import Features
+from spinewatch.detection.placed_centres import like_balls, not_used, placed_covariances
 from spinewatch.detection.refinement.centre_parameters import CentreParameters
 from spinewatch.detection.refinement.duplicates import same_ball
 
@@ -37,10 +37,12 @@ def edit_features(
     edits: Sequence[CentreEdit],
     ball_px: tuple[float, float],
     parameters: CentreParameters,
+    detected: Features | None = None,
 ) -> Features:
     """Return the features of an image after the edits of a person.
 
-    A centre that a person placed is a ball beyond doubt; it takes the place of features of the same ball.
+    A centre that a person placed is a ball beyond doubt; it takes the place of features of the same ball. Its deviation
+    is that of a person's hand where something like a ball was detected, and wider elsewhere.
 
     Parameters
     ----------
@@ -52,6 +54,8 @@ def edit_features(
         Nominal width and height of a ball, px.
     parameters
         Deviation of a person's centres, and the distance within which features are the same ball.
+    detected
+        Features that were detected before all edits; None for ``features``.
 
     Returns
     -------
@@ -75,17 +79,14 @@ def edit_features(
     kept[[edit.feature for edit in edits if edit.feature is not None]] = False
     kept &= ~np.any(same_ball(features.xy_px, placed, radius, parameters.merge_radius), axis=1)
     rest = features.take(np.flatnonzero(kept))
+    before = like_balls(features if detected is None else detected, parameters)
+    gone = not_used(before, rest.xy_px, radius, parameters.merge_radius)
     visible = np.ones(len(rest)) if rest.visible is None else rest.visible
     all_features = Features(
         np.concatenate([placed, rest.xy_px]),
         np.concatenate([np.full(len(placed), _SCORE), rest.score]),
-        np.concatenate([_covariances(len(placed), radius, parameters), rest.covariance_px2]),
+        np.concatenate([placed_covariances(placed, gone, radius, parameters), rest.covariance_px2]),
         np.concatenate([np.ones(len(placed)), visible]),
         np.concatenate([np.ones(len(placed), dtype=bool), rest.is_manual]),
     )
     return all_features.take(np.argsort(-all_features.score, kind="stable"))
-
-
-def _covariances(count: int, radius_px: Float, parameters: CentreParameters) -> Float:
-    """Return the covariances (n, 2, 2) of centres that a person placed, px^2."""
-    return np.tile(np.diag(np.square(parameters.manual_sd * radius_px)), (count, 1, 1))

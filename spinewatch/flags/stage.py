@@ -35,6 +35,26 @@ KINDS = (
         "only in stages whose centres were edited",
     ),
     FlagKind(
+        "centre-displaced",
+        "stage",
+        "A person placed the centre of a ball beside a detected feature like a ball that no triad uses, or all centres"
+        " of a triad in an image are displaced together from such features: the pose then has another place, mostly"
+        " another depth, with residuals as small as before. The deviation of a single displaced centre was widened by"
+        " the distance. A centre where nothing like a ball was detected has a wider deviation and no flag.",
+        "Compare the centres with the image, and move them or take the edits back.",
+        "2 of 201 edits of rendered pairs that place one or three centres on balls, both where the three had not been"
+        " detected. Three centres of a triad 8 px off along the rows in one image raise it in 44 of 51, and other flags"
+        " in the other 7; a single one in 30 of 51, and other flags in 20 (`python -m bench.placed_centres`)",
+    ),
+    FlagKind(
+        "triad-moved-by-edit",
+        "stage",
+        "A triad with a centre that a person placed is far from where the take before had found it, in full view and"
+        " without such a centre.",
+        "Compare both takes with the images. If the take before was wrong, nothing; otherwise take the edits back.",
+        "0 of the same 201 edits; three centres 20 px off raise it in 44 of 50 (`python -m bench.placed_centres`)",
+    ),
+    FlagKind(
         "edit-lost",
         "stage",
         "A person had decided on the label of a triad, and after further edits of ball centres no triad is there.",
@@ -135,6 +155,17 @@ KINDS = (
         " stated deviations.",
         "Calibrate before the operation. If the rig was not touched since, look at the drift of its stages"
         " (`GET /v1/calibrations/{id}/checks`).",
+    ),
+    FlagKind(
+        "marker-doubtful",
+        "stage",
+        "Most triads are missing or have hidden balls with the marker that was given, and fit another one in full view:"
+        " the lengths of its legs in another order, in cm, inches, halves or doubles, or the marker of the thesis. The"
+        " poses are those of a wrong marker.",
+        "Name the marker, or give the lengths of its legs in mm and in the order of its balls, and measure again.",
+        "0 of 900 simulated stages with the right marker, in 600 of which a sixth or a third of the images of balls"
+        " are hidden; of 300 stages of 2 to 6 triads whose marker is reversed 79% raise it"
+        " (`python -m bench.given_markers`)",
     ),
     FlagKind(
         "rig-refined",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +12,7 @@ from spinewatch.arrays import Float
 from spinewatch.markers import FLAT_10_14_18, TriadModel
 
 if TYPE_CHECKING:
+    from spinewatch.detection.placed_centres import PlacedCentre
     from spinewatch.imaging.frame import Side
 
 
@@ -35,6 +36,8 @@ class Ball:
         Distance between its two rays, mm; None where it is hidden.
     manual_in
         Images in which a person placed its centre.
+    placed
+        By image, the centre that a person placed beside what was detected there.
     """
 
     position_mm: Float
@@ -43,6 +46,7 @@ class Ball:
     right_px: Float | None
     parallax_mm: float | None
     manual_in: tuple[Side, ...] = ()
+    placed: Mapping[Side, PlacedCentre] = field(default_factory=dict)
 
     @property
     def hidden_in(self) -> tuple[str, ...]:

@@ -111,6 +111,8 @@ class Detection:
         Quality of the image; its flags are among the flags.
     discarded
         Candidates that are no features; none before refinement.
+    detected
+        Features like balls that were detected before a person edited the centres; None without edits.
     """
 
     features: Features
@@ -119,6 +121,7 @@ class Detection:
     flags: tuple[Flag, ...]
     quality: ImageQuality = SOUND
     discarded: DiscardedCandidates = _NONE_DISCARDED
+    detected: Features | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,35 @@ from spinewatch.detection.refinement.look import LookParameters
 
 
 @dataclass(frozen=True)
+class PlacedParameters:
+    """What centres that a person places are compared with; lengths in radii of the ball.
+
+    Attributes
+    ----------
+    unconfirmed_sd
+        Standard deviation per axis of a placed centre where nothing like a ball was detected, and of the mean of all
+        such centres in an image: 1 px for a ball of 10 px. It is assumed, not measured: the centre of a ball of which
+        a half is hidden follows from an arc of its outline.
+    min_score
+        Least score of a feature that counts as like a ball. 94% of 304 balls in view in rendered scenes have it, 77% of
+        544 under harder light, and one of the other features of an image.
+    reach
+        Greatest distance of the feature that one placed centre is compared with.
+    group_reach
+        The same for the placed centres of a triad that are displaced together: the shape of the triad tells which
+        features are meant.
+    max_sd
+        Greatest distance of a centre that was placed on a feature, in standard deviations.
+    """
+
+    unconfirmed_sd: float = 0.2
+    min_score: float = 0.68
+    reach: float = 3.0
+    group_reach: float = 10.0
+    max_sd: float = 4.0
+
+
+@dataclass(frozen=True)
 class CentreParameters:
     """Parameters of `propose` and `refine`, and of the centres that a person edits; lengths in radii of the ball.
 
@@ -46,6 +75,8 @@ class CentreParameters:
         Log-odds that correspond to a template similarity of 1; a blood clot may deceive either criterion.
     manual_sd
         Standard deviation per axis of a centre that a person places in an enlarged image: 0.6 px for a ball of 10 px.
+    placed
+        What centres that a person places are compared with.
     look
         Limits of a usual look.
     """
@@ -65,4 +96,5 @@ class CentreParameters:
     max_log_odds: float = 6.0
     template_weight: float = 20.0
     manual_sd: float = 0.12
+    placed: PlacedParameters = field(default_factory=PlacedParameters)
     look: LookParameters = field(default_factory=LookParameters)

@@ -17,12 +17,12 @@ def test_without_edits_nothing_changes() -> None:
     assert edited() is FOUND
 
 
-def test_a_placed_centre_is_a_ball_with_the_deviation_of_a_person() -> None:
+def test_a_placed_centre_is_a_ball_with_the_deviation_of_one_that_nothing_confirms() -> None:
     after = edited(CentreEdit(None, (70.0, 80.0)))
     assert after.xy_px[0].tolist() == [70, 80]
     assert (after.score[0], after.is_manual.tolist()) == (1.0, [True, False, False, False])
     np.testing.assert_allclose(
-        np.sqrt(np.diag(after.covariance_px2[0])), P.manual_sd * np.array(BALL) / 2, rtol=1e-12
+        np.sqrt(np.diag(after.covariance_px2[0])), P.placed.unconfirmed_sd * np.array(BALL) / 2, rtol=1e-12
     )
     np.testing.assert_array_equal(after.covariance_px2[1], FOUND.covariance_px2[0])
 
@@ -30,6 +30,19 @@ def test_a_placed_centre_is_a_ball_with_the_deviation_of_a_person() -> None:
 def test_a_centre_takes_the_place_of_features_of_the_same_ball() -> None:
     after = edited(CentreEdit(None, (31.0, 40.0)))
     assert after.xy_px.tolist() == [[31, 40], [10, 20], [50, 60]]
+
+
+def test_a_centre_on_what_was_detected_has_the_deviation_of_a_person() -> None:
+    for after in (edited(CentreEdit(1, (31.0, 40.0))), edited(CentreEdit(None, (30.0, 41.0)))):
+        deviations = np.sqrt(np.diag(after.covariance_px2[0]))
+        np.testing.assert_allclose(deviations, P.manual_sd * np.array(BALL) / 2, rtol=1e-12)
+
+
+def test_a_feature_that_an_earlier_edit_took_away_still_tells_how_far_a_centre_is() -> None:
+    without = edited(CentreEdit(1, None))
+    after = edit_features(without, [CentreEdit(None, (38.0, 40.0))], BALL, P, FOUND)
+    assert np.sqrt(after.covariance_px2[0, 0, 0]) > 8
+    assert np.sqrt(after.covariance_px2[0, 1, 1]) < 1
 
 
 def test_moved_and_removed_features_are_gone() -> None:

@@ -15,6 +15,8 @@ const ERRORS = [
   "calibration-drift",
   "lens-differs",
   "triad-count-high",
+  "centre-displaced",
+  "marker-doubtful",
   "no-triads",
   "levels-implausible",
   "spine-axis-implausible",
@@ -30,6 +32,7 @@ const ERRORS = [
   "patient-axes-doubtful",
   "initial-poses-reversed",
   "rebaseline-moved",
+  "initial-levels-shifted",
   "no-redundancy",
   "adjustment-unfinished",
   "calibration-poor",
@@ -50,6 +53,7 @@ const WARNINGS = [
   "ball-occluded",
   "edit-lost",
   "centre-unused",
+  "triad-moved-by-edit",
   "parameters-changed",
   "calibration-old",
   "rig-refined",
@@ -66,6 +70,7 @@ const WARNINGS = [
   "held-value-contradicted",
   "initial-tilts-doubtful",
   "initial-poses-misfit",
+  "initial-far-from-triads",
 ] as const;
 
 /** Flags of what was noted and taken into account. */
