@@ -122,16 +122,16 @@ class LimitedConnection(H11Protocol):
         """Return the connection to end: of the client with most, if it has more than its share, or of any that waits.
 
         The one that has waited longest for its client goes first. If the client with most waits for answers alone, its
-        latest request does.
+        latest request does; also when it has no more than its share and all others wait for answers, so that any number
+        of streams leaves room for a new client.
         """
         others = [other for other in self.connections if isinstance(other, LimitedConnection)]
         connections = Counter(other.owner for other in others)
         owner, count = max(connections.items(), key=lambda item: item[1])
-        if count > max(1.0, _MAX_SHARE * self._limits.max_connections):
+        waiting = [other for other in others if other.waits_for_client]
+        if count > 1 and (count > _MAX_SHARE * self._limits.max_connections or not waiting):
             return min((other for other in others if other.owner == owner), key=LimitedConnection._rank)
-        return min(
-            (other for other in others if other.waits_for_client), key=LimitedConnection._rank, default=None
-        )
+        return min(waiting, key=LimitedConnection._rank, default=None)
 
     def _rank(self) -> tuple[bool, bool, float]:
         """Return what is less for a connection that is to end before another of the same client."""

@@ -52,11 +52,18 @@ class TooManyWaitingError(SpinewatchError):
     code = "too-many-waiting"
 
 
+class TooManyWritesError(SpinewatchError):
+    """No turn at writing came in time."""
+
+    code = "too-many-writes"
+
+
 _TYPE = "urn:spinewatch:problem:"
 _STATUS: tuple[tuple[type[SpinewatchError], int], ...] = (
     (NotFoundError, 404),
     (ConflictError, 409),
     (DatabaseNotReadyError, 503),
+    (TooManyWritesError, 503),
     (MissingPackageError, 501),
     (AccessEndedError, 401),
     (TooManyWaitingError, 429),
@@ -202,7 +209,7 @@ def _named_problem(error: SpinewatchError) -> tuple[Problem, Mapping[str, str] |
     headers = None
     if isinstance(error, AccessEndedError):
         headers = {"WWW-Authenticate": 'Bearer realm="spinewatch", error="invalid_token"'}
-    if isinstance(error, TooManyWaitingError):
+    if isinstance(error, TooManyWaitingError | TooManyWritesError):
         headers = {"Retry-After": "10"}
     job_id = getattr(error, "job_id", None) if isinstance(error, ConflictError) else None
     if job_id is not None:

@@ -25,6 +25,8 @@ from store.queue import JobQueue
 from store.revision import require_revision
 
 _KEPT_SECONDS = 1.0
+_LOCK_SECONDS = 3.0
+"""Time that the test waits for other writers: who asks gives up soon, and what waits longer is not ready."""
 _UNREADABLE = "unknown: the database cannot be read"
 
 Name = Literal["database", "disk", "temporary-files", "queue", "queue-age", "workers"]
@@ -59,7 +61,7 @@ class ReadinessChecks:
         started = time.monotonic()
         try:
             require_revision(self._database)
-            with self._database.write() as session:
+            with self._database.write(lock_seconds=_LOCK_SECONDS) as session:
                 processes.report(session, self._process_id, ProcessKind.SERVER, self._process_name)
         except (SQLAlchemyError, SpinewatchError) as error:
             reason = str(getattr(error, "orig", error)).partition("\n")[0]

@@ -22,6 +22,7 @@ from store.json_text import to_json
 _BUSY_SECONDS = 10
 _OWNER_ONLY = 0o600
 _LEVEL = "spinewatch_synchronous"
+_LOCK_SECONDS = "spinewatch_lock_seconds"
 
 
 class Database:
@@ -63,7 +64,9 @@ class Database:
             yield session
 
     @contextmanager
-    def write(self, *, patient: bool = False, durable: bool = True) -> Iterator[Session]:
+    def write(
+        self, *, patient: bool = False, durable: bool = True, lock_seconds: float | None = None
+    ) -> Iterator[Session]:
         """Open a session whose changes are committed together at the end, or not at all.
 
         Parameters
@@ -74,13 +77,17 @@ class Database:
         durable
             Whether the commit survives a power cut from the moment at which it ends, as what a client is told must.
             Otherwise it does so from the next durable one on, or is lost as a whole. An ended process loses neither.
+        lock_seconds
+            Longest time to wait for other writers, s; None for the usual one.
 
         Yields
         ------
         Session
             The session.
         """
-        engine = self._write_engine.execution_options(spinewatch_patient=patient, spinewatch_durable=durable)
+        engine = self._write_engine.execution_options(
+            spinewatch_patient=patient, spinewatch_durable=durable, spinewatch_lock_seconds=lock_seconds
+        )
         with Session(engine, expire_on_commit=False) as session, session.begin():
             yield session
 
@@ -209,4 +216,8 @@ def _begin_sqlite(connection: Connection) -> None:
     if connection.info.setdefault(_LEVEL, "FULL") != level:
         connection.exec_driver_sql(f"PRAGMA synchronous={level}")
         connection.info[_LEVEL] = level
+    seconds = options.get(_LOCK_SECONDS) or _BUSY_SECONDS
+    if connection.info.setdefault(_LOCK_SECONDS, _BUSY_SECONDS) != seconds:
+        connection.exec_driver_sql(f"PRAGMA busy_timeout={int(1000 * seconds)}")
+        connection.info[_LOCK_SECONDS] = seconds
     connection.exec_driver_sql("BEGIN IMMEDIATE")

@@ -86,6 +86,9 @@ def begin(connection: Connection) -> None:
             "SELECT set_config('lock_timeout', '0', true), set_config('statement_timeout', '0', true),"
             " set_config('idle_in_transaction_session_timeout', '0', true)"
         )
+    lock_seconds = options.get("spinewatch_lock_seconds")
+    if lock_seconds is not None:
+        connection.exec_driver_sql(f"SET LOCAL lock_timeout = {int(1000 * lock_seconds)}")
     if not options.get("spinewatch_durable", True):
         connection.exec_driver_sql("SET LOCAL synchronous_commit = off")
     connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({WRITE_LOCK})")

@@ -38,6 +38,7 @@ from service.images import FILE_RESPONSES, SidePath, file_response, image_pair
 from service.paging import CreatedDep, Paging, PartDep
 from service.parameters import CalibrationId, TextTime, require_plausible_time
 from service.routes.jobs import job_of
+from service.write_turns import WriteTurn
 from spinewatch.errors import RigError
 from spinewatch.rig_files.rig_json import decode_json, rig_from_dict
 from store import calibration_checks, calibration_requests, calibrations, tables
@@ -87,7 +88,7 @@ _CONTENT_SECURITY_POLICY = "default-src 'none'; style-src 'unsafe-inline'"
 @router.post(
     "",
     status_code=201,
-    dependencies=[Depends(json_body), Depends(unique_fields)],
+    dependencies=[Depends(json_body), Depends(unique_fields), WriteTurn],
     responses={**CREATED, **problems(413, 415, 422)},
     response_model=CalibrationDetail,
 )
@@ -112,7 +113,7 @@ def create_calibration(
 @router.post(
     "/from-images",
     status_code=202,
-    dependencies=[Depends(multipart_body)],
+    dependencies=[Depends(multipart_body), WriteTurn],
     responses={**ACCEPTED, **problems(400, 409, 413, 415, 422)},
     response_model=Job,
 )

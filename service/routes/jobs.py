@@ -19,6 +19,7 @@ from service.paging import CreatedDep, CreatedSort, Paging, PartDep, StateFilter
 from service.parameters import JobId
 from service.problems import problem
 from service.watch import WatchDep
+from service.write_turns import WriteTurn
 from store import job_lists, jobs, leases, retention, tables
 from store.clock import utc_now
 from store.database import Database
@@ -92,7 +93,9 @@ async def get_job(
     return document_response(job, if_none_match)
 
 
-@router.post("/{job_id}/cancel", responses=problems(404, 409, 410), response_model=Job)
+@router.post(
+    "/{job_id}/cancel", dependencies=[WriteTurn], responses=problems(404, 409, 410), response_model=Job
+)
 def cancel_job(job_id: JobId, once: OnceDep, actor: ActorDep) -> Response:
     """Cancel a job that has not ended; if a worker is running it, the result is discarded."""
     with once.write() as session:

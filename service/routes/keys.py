@@ -11,6 +11,7 @@ from contract.page import Listing
 from service.dependencies import ActorDep, DatabaseDep, json_body, problems
 from service.idempotency import refuse_key
 from service.paging import CreatedSort, CursorText, Limit, Paging
+from service.write_turns import WriteTurn
 from store import keys, tables
 from store.clock import utc_now
 
@@ -22,7 +23,7 @@ Prefix = Annotated[str, Path(description="Visible part of the key.")]
 @router.post(
     "",
     status_code=201,
-    dependencies=[Depends(refuse_key), Depends(json_body)],
+    dependencies=[Depends(refuse_key), Depends(json_body), WriteTurn],
     responses=problems(413, 415, 422),
 )
 def create_key(new: NewKey, database: DatabaseDep, actor: ActorDep, response: Response) -> CreatedKey:
@@ -55,7 +56,7 @@ def get_key(prefix: Prefix, database: DatabaseDep) -> Key:
         return key_of(keys.get(session, prefix))
 
 
-@router.delete("/{prefix}", responses=problems(404))
+@router.delete("/{prefix}", dependencies=[WriteTurn], responses=problems(404))
 def revoke_key(prefix: Prefix, database: DatabaseDep, actor: ActorDep) -> Key:
     """Refuse a key, and every session made from it, from now on; its name stays in the list and in the audit."""
     with database.write() as session:

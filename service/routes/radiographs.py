@@ -17,7 +17,15 @@ from contract.radiograph import (
     common_points,
     landmarked_vertebra,
 )
-from service.dependencies import CREATED, ActorDep, DatabaseDep, json_body, multipart_body, problems
+from service.dependencies import (
+    CREATED,
+    ActorDep,
+    AdmissionDep,
+    DatabaseDep,
+    json_body,
+    multipart_body,
+    problems,
+)
 from service.etags import NOT_MODIFIED, IfNoneMatch, document_response
 from service.forms.radiograph import RadiographForm, read_new_radiograph
 from service.idempotency import Once, OnceDep
@@ -26,6 +34,7 @@ from service.paging import CreatedSort, Paging, PartDep
 from service.parameters import SurgeryId
 from service.problems import InvalidInputError
 from service.turns import TurnsDep, in_turn
+from service.write_turns import WriteTurnsDep
 from spinewatch.errors import SpinewatchError
 from spinewatch.imaging.pixel_spacing import SpacingSource
 from spinewatch.spine.radiograph_landmarks import RadiographView
@@ -59,6 +68,8 @@ async def add_radiograph(
     form: Annotated[RadiographForm, Form(media_type="multipart/form-data")],
     database: DatabaseDep,
     turns: TurnsDep,
+    writing: WriteTurnsDep,
+    admission: AdmissionDep,
     once: OnceDep,
     actor: ActorDep,
 ) -> Response:
@@ -69,7 +80,8 @@ async def add_radiograph(
     """
     await run_in_threadpool(_require_surgery, database, surgery_id)
     new = await in_turn(turns.decoding, read_new_radiograph, form)
-    return await run_in_threadpool(_added, surgery_id, new, once, actor)
+    async with writing.turn(admission.key_prefix):
+        return await run_in_threadpool(_added, surgery_id, new, once, actor)
 
 
 @router.get("", responses={**NOT_MODIFIED, **problems(404, 422)}, response_model=Listing[Radiograph])

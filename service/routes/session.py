@@ -11,13 +11,14 @@ from service.access import COOKIE, Principal
 from service.dependencies import ActorDep, DatabaseDep, PrincipalDep, problems
 from service.idempotency import refuse_key
 from service.problems import KeyRequiredError
+from service.write_turns import WriteTurn
 from store import keys, sessions
 from store.clock import utc_now
 
 router = APIRouter(prefix="/v1/session", tags=["access"])
 
 
-@router.post("", status_code=201, dependencies=[Depends(refuse_key)], responses=problems(422))
+@router.post("", status_code=201, dependencies=[Depends(refuse_key), WriteTurn], responses=problems(422))
 def create_session(
     request: Request, response: Response, database: DatabaseDep, actor: ActorDep, principal: PrincipalDep
 ) -> Identity:
@@ -52,7 +53,7 @@ def get_session(principal: PrincipalDep, response: Response) -> Identity:
     return _identity(principal)
 
 
-@router.delete("", status_code=204, responses=problems())
+@router.delete("", status_code=204, dependencies=[WriteTurn], responses=problems())
 def delete_session(
     database: DatabaseDep, actor: ActorDep, principal: PrincipalDep, response: Response
 ) -> None:

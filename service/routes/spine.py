@@ -36,6 +36,7 @@ from service.idempotency import OnceDep
 from service.paging import Paging, PartDep
 from service.parameters import StagePath, SurgeryId
 from service.routes.jobs import job_of
+from service.write_turns import WriteTurn
 from store import jobs, spine_jobs, spine_setups, spines
 from store.clock import utc_now
 from store.database import Database
@@ -69,7 +70,7 @@ _JOB: dict[int | str, dict[str, Any]] = {
 
 @router.put(
     "/spine",
-    dependencies=[Depends(json_body)],
+    dependencies=[Depends(json_body), WriteTurn],
     responses={**_JOB, **problems(404, 412, 413, 415, 422, 428)},
     response_model=StoredSpineSetup,
 )
@@ -95,7 +96,7 @@ async def _body(request: Request) -> bytes:
 
 @router.put(
     "/spine/initial",
-    dependencies=[Depends(csv_body)],
+    dependencies=[Depends(csv_body), WriteTurn],
     responses={**_JOB, **problems(404, 409, 412, 413, 415, 422, 428)},
     response_model=StoredSpineSetup,
     openapi_extra=_CSV,
@@ -152,7 +153,7 @@ def list_spine_setups(surgery_id: SurgeryId, database: DatabaseDep, part: PartDe
 @router.post(
     "/spine/rebaselines",
     status_code=201,
-    dependencies=[Depends(json_body)],
+    dependencies=[Depends(json_body), WriteTurn],
     responses=problems(404, 409, 413, 415, 422),
     response_model=StoredRebaseline,
 )
@@ -191,6 +192,7 @@ def get_stage_spine(
 @router.post(
     "/spine/computations",
     status_code=202,
+    dependencies=[WriteTurn],
     responses={**ACCEPTED, **problems(404, 409, 422)},
     response_model=Job,
 )

@@ -31,6 +31,7 @@ from service.parameters import PairQuery, StagePath, SurgeryId, TakeQuery
 from service.problems import InvalidInputError
 from service.revision_checks import EditedPair, check_centres, check_edits, check_parameters
 from service.stage_documents import stage_document
+from service.write_turns import WriteTurn
 from store import calibrations, measurements, pair_results, stage_submission, stages, surgeries, tables
 from store.clock import utc_now
 from store.errors import NotFoundError
@@ -50,7 +51,7 @@ _SAME_PAIR: dict[int | str, dict[str, Any]] = {
 @router.post(
     "",
     status_code=202,
-    dependencies=[Depends(multipart_body)],
+    dependencies=[Depends(multipart_body), WriteTurn],
     responses={**ACCEPTED, **_SAME_PAIR, **problems(400, 404, 409, 413, 415, 422)},
     response_model=Stage,
 )
@@ -93,7 +94,7 @@ def submit_stage(
 @router.post(
     "/{name}/revisions",
     status_code=202,
-    dependencies=[Depends(json_body)],
+    dependencies=[Depends(json_body), WriteTurn],
     responses={**ACCEPTED, **problems(404, 409, 413, 415, 422)},
     response_model=Stage,
 )

@@ -16,6 +16,7 @@ from service.idempotency import OnceDep
 from service.paging import CreatedDep, Paging, PartDep, StateFilter
 from service.parameters import SurgeryId
 from service.problems import InvalidInputError
+from service.write_turns import WriteTurn
 from store import retention, surgeries, tables
 from store.clock import utc_now
 
@@ -25,7 +26,7 @@ router = APIRouter(prefix="/v1/surgeries", tags=["surgeries"])
 @router.post(
     "",
     status_code=201,
-    dependencies=[Depends(json_body)],
+    dependencies=[Depends(json_body), WriteTurn],
     responses={**CREATED, **problems(413, 415, 422)},
     response_model=Surgery,
 )
@@ -80,7 +81,7 @@ def get_surgery(surgery_id: SurgeryId, database: DatabaseDep, if_none_match: IfN
         return document_response(_surgery(surgeries.get_with_stages(session, surgery_id)), if_none_match)
 
 
-@router.delete("/{surgery_id}", status_code=204, responses=problems(404, 422))
+@router.delete("/{surgery_id}", status_code=204, dependencies=[WriteTurn], responses=problems(404, 422))
 def delete_surgery(
     surgery_id: SurgeryId,
     database: DatabaseDep,

@@ -7,6 +7,7 @@ from contextlib import ExitStack
 
 import pytest
 
+from contract.key import Scope
 from tests.hostile.attack import (
     MAX_MEMORY_BYTES,
     PATIENCE_S,
@@ -186,6 +187,24 @@ def test_connections_that_do_not_read_their_answers_lock_nobody_out(service: Ser
     finally:
         for connection in connections:
             connection.close()
+
+
+def test_streams_of_many_keys_lock_nobody_out(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """No key has more than a tenth of all connections, and none of them waits for its client."""
+    with (
+        Service(tmp_path_factory.mktemp("streams"), SPINEWATCH_MAX_CONNECTIONS="40") as service,
+        ExitStack() as opened,
+    ):
+        service.client.close()
+        for _ in range(20):
+            key = service.make_key(Scope.STAGE_READ)
+            for _ in range(2):
+                stream = opened.enter_context(connect(service))
+                line = f"GET /v1/events HTTP/1.1\r\nHost: 127.0.0.1:{service.port}\r\n"
+                stream.sendall(f"{line}Authorization: Bearer {key}\r\n\r\n".encode())
+                assert stream.recv(12) == b"HTTP/1.1 200"
+        for _ in range(3):
+            _answered(service)
 
 
 def _answered(service: Service) -> None:

@@ -21,16 +21,16 @@ class Listener:
     """A listening socket with its connections, which are checked by the tests alone."""
 
     def __init__(self, address: tuple[str, int], connections: set[Any]) -> None:
-        self._address, self._connections = address, connections
+        self._address, self.connections = address, connections
 
     async def client(self, sent: bytes, source: str = "127.0.0.1") -> tuple[socket.socket, LimitedConnection]:
         """Return a client of some address that has sent something, and the server's side of it."""
-        known = set(self._connections)
+        known = set(self.connections)
         client = socket.create_connection(self._address, timeout=20, source_address=(source, 0))
         client.sendall(sent)
         client.setblocking(False)
         while True:
-            new = [one for one in self._connections if one not in known]
+            new = [one for one in self.connections if one not in known]
             if new and (not sent or new[0]._head_since is not None or not new[0].is_idle):
                 return client, new[0]
             await asyncio.sleep(0.001)
@@ -198,6 +198,20 @@ def test_the_client_with_most_requests_loses_its_latest_when_none_waits() -> Non
     run(scenario)
 
 
+def test_clients_with_few_requests_each_leave_room_for_another() -> None:
+    async def scenario() -> None:
+        async with listening(replace(LIMITS, max_connections=40)) as listener:
+            sources = [f"127.0.0.{number + 2}" for number in range(20) for _ in range(2)]
+            busy = [(await listener.client(HEAD + b"\r\n", source))[0] for source in sources]
+            new, connection = await listener.client(b"", "127.0.0.99")
+            assert len(listener.connections) == 40  # one of them has ended
+            assert not connection.transport.is_closing()
+            for client in (*busy, new):
+                client.close()
+
+    run(scenario)
+
+
 def test_a_client_with_few_connections_keeps_an_idle_one() -> None:
     async def scenario() -> None:
         async with listening(replace(LIMITS, max_connections=3)) as listener:
@@ -226,7 +240,7 @@ def test_a_client_that_does_not_read_makes_room() -> None:
                 while not unread.waits_for_client:
                     await asyncio.sleep(0.001)
             new, connection = await listener.client(b"", "127.0.0.4")
-            assert len(listener._connections) == 2
+            assert len(listener.connections) == 2
             assert not connection.transport.is_closing()
             for client in (*clients, new):
                 client.close()

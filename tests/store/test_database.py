@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 from sqlalchemy import select, text
-from sqlalchemy.exc import IntegrityError, StatementError
+from sqlalchemy.exc import IntegrityError, OperationalError, StatementError
 from sqlalchemy.orm import Session
 
 from store import events
@@ -12,7 +12,7 @@ from store.errors import DatabaseNotReadyError
 from store.tables.calibrations import Calibration
 from store.tables.events import Event
 from store.tables.measurements import Measurement
-from tests.backends import about_the_sqlite_file
+from tests.backends import about_the_sqlite_file, held_write_lock
 from tests.store.builders import CLIENT, NOON
 
 
@@ -33,6 +33,18 @@ def test_only_what_need_not_be_durable_is_committed_without_waiting_for_the_disk
             return int(session.execute(text("PRAGMA synchronous")).scalar_one())
 
     assert [level(durable=durable) for durable in (True, False, False, True)] == [2, 1, 1, 2]
+
+
+def test_the_wait_for_other_writers_is_as_long_as_asked(database: Database) -> None:
+    def waits(lock_seconds: float | None) -> str:
+        query = "PRAGMA busy_timeout" if sqlite_path(database.url) else "SHOW lock_timeout"
+        with database.write(lock_seconds=lock_seconds) as session:
+            return str(session.execute(text(query)).scalar_one())
+
+    usual, short = ("10000", "50") if sqlite_path(database.url) else ("10s", "50ms")
+    assert [waits(seconds) for seconds in (None, 0.05, None)] == [usual, short, usual]
+    with held_write_lock(database.url), pytest.raises(OperationalError):
+        waits(0.05)
 
 
 def test_what_need_not_be_durable_is_seen_by_others_at_once(database: Database) -> None:
