@@ -110,11 +110,8 @@ _FURTHER = [
         MAX_DECODINGS="radiographs that are decoded at once; further ones wait",
         MAX_EXPORTS="exports that are made at once; further ones wait",
         MAX_PLANS="plans that are computed at once; further ones wait",
-        MAX_WAIT_SECONDS="time that a request waits for its turn, s; 503",
-    ),
-    *_of(
-        "service.write_turns",
-        MAX_WRITERS="requests that write at once; further ones wait, of each key in turn",
+        MAX_WAIT_SECONDS="time that a request waits for its turn at one of these, s; 503",
+        MAX_WRITERS="requests that write at once; further ones wait",
         MAX_WRITE_WAIT_SECONDS="time that a request waits for its turn at writing, s; 503",
     ),
     *_of("contract.revision", MAX_EDITS="edits of one kind in a revision of a stage; 422"),

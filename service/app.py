@@ -62,7 +62,6 @@ from service.routes import (
 )
 from service.turns import Turns
 from service.watch import Watch
-from service.write_turns import WriteTurns
 from settings import Settings
 from store.database import Database
 from store.queue import JobQueue
@@ -118,7 +117,6 @@ def create_app(settings: Settings) -> FastAPI:
         app.state.readiness = ReadinessChecks(app.state.database, app.state.queue, settings)
         app.state.metrics = Metrics(app.state.database, app.state.queue, settings, registry)
         app.state.turns = Turns()
-        app.state.write_turns = WriteTurns()
         app.state.stopping = asyncio.Event()  # set when the server stops: streams wait for it
         app.state.watch = Watch(app.state.database, app.state.stopping, settings.stream_seconds)
         yield

@@ -19,6 +19,7 @@ from contract.problem import FieldError, Problem
 from contract.setup_checks import SpineSetupError
 from service.declared_routes import DeclaredRoutes
 from service.etags import PreconditionFailedError, PreconditionRequiredError
+from service.key_turns import TooBusyError
 from service.limits import MAX_ERRORS
 from spinewatch.errors import MissingPackageError, RigError, SpinewatchError
 from spinewatch.levels import ExtraLevelError, LevelError
@@ -52,18 +53,12 @@ class TooManyWaitingError(SpinewatchError):
     code = "too-many-waiting"
 
 
-class TooManyWritesError(SpinewatchError):
-    """No turn at writing came in time."""
-
-    code = "too-many-writes"
-
-
 _TYPE = "urn:spinewatch:problem:"
 _STATUS: tuple[tuple[type[SpinewatchError], int], ...] = (
     (NotFoundError, 404),
     (ConflictError, 409),
     (DatabaseNotReadyError, 503),
-    (TooManyWritesError, 503),
+    (TooBusyError, 503),
     (MissingPackageError, 501),
     (AccessEndedError, 401),
     (TooManyWaitingError, 429),
@@ -209,7 +204,7 @@ def _named_problem(error: SpinewatchError) -> tuple[Problem, Mapping[str, str] |
     headers = None
     if isinstance(error, AccessEndedError):
         headers = {"WWW-Authenticate": 'Bearer realm="spinewatch", error="invalid_token"'}
-    if isinstance(error, TooManyWaitingError | TooManyWritesError):
+    if isinstance(error, TooManyWaitingError | TooBusyError):
         headers = {"Retry-After": "10"}
     job_id = getattr(error, "job_id", None) if isinstance(error, ConflictError) else None
     if job_id is not None:

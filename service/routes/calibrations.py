@@ -38,7 +38,7 @@ from service.images import FILE_RESPONSES, SidePath, file_response, image_pair
 from service.paging import CreatedDep, Paging, PartDep
 from service.parameters import CalibrationId, TextTime, require_plausible_time
 from service.routes.jobs import job_of
-from service.write_turns import WriteTurn
+from service.turns import WriteTurn
 from spinewatch.errors import RigError
 from spinewatch.rig_files.rig_json import decode_json, rig_from_dict
 from store import calibration_checks, calibration_requests, calibrations, tables

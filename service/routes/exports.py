@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Path, Query, Response
 
 from contract.base import StageName
-from service.dependencies import DatabaseDep, problems
+from service.dependencies import AdmissionDep, DatabaseDep, problems
 from service.etags import NOT_MODIFIED, IfNoneMatch, tagged_file
 from service.export_process import ExportFile, export_apart
 from service.parameters import SurgeryId
@@ -42,13 +42,16 @@ async def get_export(
     format: Annotated[Format, Path(description="The format; report-html and report-pdf are the report.")],
     database: DatabaseDep,
     turns: TurnsDep,
+    admission: AdmissionDep,
     stage: Annotated[
         StageName | None, Query(description="One stage alone, for the formats that allow it.")
     ] = None,
     if_none_match: IfNoneMatch = None,
 ) -> Response:
     """Get a surgery as a file: 3D Slicer, glTF, CSV, JSON, FHIR, DICOM SR, or a report."""
-    made = await in_turn(turns.exporting, _exported, database, surgery_id, format, stage)
+    made = await in_turn(
+        turns.exporting, admission.key_prefix, _exported, database, surgery_id, format, stage
+    )
     headers = {
         "Content-Disposition": f'attachment; filename="{made.file_name}"',
         "Content-Length": str(made.size),

@@ -18,8 +18,8 @@ from service.idempotency import OnceDep
 from service.paging import CreatedDep, CreatedSort, Paging, PartDep, StateFilter
 from service.parameters import JobId
 from service.problems import problem
+from service.turns import WriteTurn
 from service.watch import WatchDep
-from service.write_turns import WriteTurn
 from store import job_lists, jobs, leases, retention, tables
 from store.clock import utc_now
 from store.database import Database

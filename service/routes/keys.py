@@ -11,7 +11,7 @@ from contract.page import Listing
 from service.dependencies import ActorDep, DatabaseDep, json_body, problems
 from service.idempotency import refuse_key
 from service.paging import CreatedSort, CursorText, Limit, Paging
-from service.write_turns import WriteTurn
+from service.turns import WriteTurn
 from store import keys, tables
 from store.clock import utc_now
 

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Response
 
 from contract.plan import AccuracyPlan, DisparityPlan
-from service.dependencies import DatabaseDep, problems
+from service.dependencies import AdmissionDep, DatabaseDep, problems
 from service.etags import NOT_MODIFIED, IfNoneMatch, document_response
 from service.plan_query import DepthQuery, MarkerQuery, RigQuery, TriadsQuery, rig_of
 from service.problems import InvalidInputError
@@ -31,6 +31,7 @@ async def get_accuracy_plan(
     depth: Annotated[DepthQuery, Depends()],
     database: DatabaseDep,
     turns: TurnsDep,
+    admission: AdmissionDep,
     if_none_match: IfNoneMatch = None,
 ) -> Response:
     """Get the accuracy that a rig and a marker will give, from the normal equations.
@@ -38,7 +39,9 @@ async def get_accuracy_plan(
     The rig is that of a calibration, or two equal cameras without distortion, side by side along X at the same height,
     whose axes meet at the origin.
     """
-    text = await in_turn(turns.planning, _accuracy_plan, rig_query, marker, triads, depth, database)
+    text = await in_turn(
+        turns.planning, admission.key_prefix, _accuracy_plan, rig_query, marker, triads, depth, database
+    )
     return document_response(text, if_none_match)
 
 
@@ -48,10 +51,12 @@ async def get_disparity_plan(
     depth: Annotated[DepthQuery, Depends()],
     database: DatabaseDep,
     turns: TurnsDep,
+    admission: AdmissionDep,
     if_none_match: IfNoneMatch = None,
 ) -> Response:
     """Get the disparities of a rig over its field of view and a range of depth."""
-    text = await in_turn(turns.planning, _disparity_plan, rig_query, depth, database)
+    key = admission.key_prefix
+    text = await in_turn(turns.planning, key, _disparity_plan, rig_query, depth, database)
     return document_response(text, if_none_match)
 
 

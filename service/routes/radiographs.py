@@ -34,7 +34,6 @@ from service.paging import CreatedSort, Paging, PartDep
 from service.parameters import SurgeryId
 from service.problems import InvalidInputError
 from service.turns import TurnsDep, in_turn
-from service.write_turns import WriteTurnsDep
 from spinewatch.errors import SpinewatchError
 from spinewatch.imaging.pixel_spacing import SpacingSource
 from spinewatch.spine.radiograph_landmarks import RadiographView
@@ -68,7 +67,6 @@ async def add_radiograph(
     form: Annotated[RadiographForm, Form(media_type="multipart/form-data")],
     database: DatabaseDep,
     turns: TurnsDep,
-    writing: WriteTurnsDep,
     admission: AdmissionDep,
     once: OnceDep,
     actor: ActorDep,
@@ -79,8 +77,8 @@ async def add_radiograph(
     must be uncompressed; its first window is applied.
     """
     await run_in_threadpool(_require_surgery, database, surgery_id)
-    new = await in_turn(turns.decoding, read_new_radiograph, form)
-    async with writing.turn(admission.key_prefix):
+    new = await in_turn(turns.decoding, admission.key_prefix, read_new_radiograph, form)
+    async with turns.writing.turn(admission.key_prefix):
         return await run_in_threadpool(_added, surgery_id, new, once, actor)
 
 

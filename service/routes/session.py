@@ -11,7 +11,7 @@ from service.access import COOKIE, Principal
 from service.dependencies import ActorDep, DatabaseDep, PrincipalDep, problems
 from service.idempotency import refuse_key
 from service.problems import KeyRequiredError
-from service.write_turns import WriteTurn
+from service.turns import WriteTurn
 from store import keys, sessions
 from store.clock import utc_now
 

@@ -36,7 +36,7 @@ from service.idempotency import OnceDep
 from service.paging import Paging, PartDep
 from service.parameters import StagePath, SurgeryId
 from service.routes.jobs import job_of
-from service.write_turns import WriteTurn
+from service.turns import WriteTurn
 from store import jobs, spine_jobs, spine_setups, spines
 from store.clock import utc_now
 from store.database import Database

@@ -31,7 +31,7 @@ from service.parameters import PairQuery, StagePath, SurgeryId, TakeQuery
 from service.problems import InvalidInputError
 from service.revision_checks import EditedPair, check_centres, check_edits, check_parameters
 from service.stage_documents import stage_document
-from service.write_turns import WriteTurn
+from service.turns import WriteTurn
 from store import calibrations, measurements, pair_results, stage_submission, stages, surgeries, tables
 from store.clock import utc_now
 from store.errors import NotFoundError

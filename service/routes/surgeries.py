@@ -16,7 +16,7 @@ from service.idempotency import OnceDep
 from service.paging import CreatedDep, Paging, PartDep, StateFilter
 from service.parameters import SurgeryId
 from service.problems import InvalidInputError
-from service.write_turns import WriteTurn
+from service.turns import WriteTurn
 from store import retention, surgeries, tables
 from store.clock import utc_now
 

@@ -1,16 +1,18 @@
-"""Turns: no more at once than there are, and the further ones come when those have ended."""
+"""Turns: no more at once than there are; every route that writes takes one."""
 
 from __future__ import annotations
 
 import asyncio
 import threading
+from collections.abc import Iterator
 
 import pytest
-from anyio import CapacityLimiter
-from fastapi import HTTPException
+from fastapi.dependencies.models import Dependant
+from fastapi.routing import APIRoute
 
-from service import turns
-from service.turns import in_turn
+from service.app import _ROUTES
+from service.key_turns import KeyTurns
+from service.turns import WriteTurn, in_turn
 
 
 def test_no_more_run_at_once_than_there_are_turns() -> None:
@@ -29,8 +31,8 @@ def test_no_more_run_at_once_than_there_are_turns() -> None:
         return number
 
     async def ask() -> list[int]:
-        limiter = CapacityLimiter(2)
-        return await asyncio.gather(*(in_turn(limiter, action, number) for number in range(8)))
+        turns = KeyTurns(2, 60.0)
+        return await asyncio.gather(*(in_turn(turns, "key", action, number) for number in range(8)))
 
     assert asyncio.run(ask()) == list(range(8))
     assert most == 2
@@ -38,25 +40,32 @@ def test_no_more_run_at_once_than_there_are_turns() -> None:
 
 def test_an_action_that_fails_gives_its_turn_back() -> None:
     async def ask() -> int:
-        limiter = CapacityLimiter(1)
+        turns = KeyTurns(1, 60.0)
         with pytest.raises(ZeroDivisionError):
-            await in_turn(limiter, divmod, 1, 0)
-        return await in_turn(limiter, len, "abc")
+            await in_turn(turns, "key", divmod, 1, 0)
+        return await in_turn(turns, "key", len, "abc")
 
     assert asyncio.run(ask()) == 3
 
 
-def test_who_waits_too_long_is_told_to_come_back(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(turns, "MAX_WAIT_SECONDS", 0.01)
+ROUTES = [route for resource in _ROUTES for route in resource.router.routes if isinstance(route, APIRoute)]
+WITHOUT = {
+    "POST /v1/surgeries/{surgery_id}/radiographs/fit": "it stores nothing",
+    "POST /v1/surgeries/{surgery_id}/radiographs": "it takes its turn after the radiograph is decoded",
+}
 
-    async def ask() -> HTTPException:
-        limiter = CapacityLimiter(1)
-        async with limiter:
-            with pytest.raises(HTTPException) as error:
-                await in_turn(limiter, len, "abc")
-        assert await in_turn(limiter, len, "abc") == 3
-        return error.value
 
-    error = asyncio.run(ask())
-    assert error.status_code == 503
-    assert "Retry-After" in (error.headers or {})
+def dependencies(dependant: Dependant) -> Iterator[object]:
+    for inner in dependant.dependencies:
+        yield inner.call
+        yield from dependencies(inner)
+
+
+def test_every_route_that_changes_something_takes_a_turn() -> None:
+    changing = [route for route in ROUTES if not route.methods <= {"GET", "HEAD"}]
+    without = set()
+    for route in changing:
+        if WriteTurn.dependency not in set(dependencies(route.dependant)):
+            without.add(f"{next(iter(route.methods))} {route.path}")
+    assert without == set(WITHOUT)
+    assert len(without) < len(changing)

@@ -1,4 +1,4 @@
-"""Turns at writing: few requests write at once, so that threads and connections are left for those that read."""
+"""Turns of requests at something that few do at once: each key has one after the other."""
 
 from __future__ import annotations
 
@@ -6,33 +6,30 @@ import asyncio
 from collections import OrderedDict, deque
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from typing import Annotated
 
-from fastapi import Depends, Request
-
-from service.dependencies import AdmissionDep
-from service.problems import TooManyWritesError
-
-MAX_WRITERS = 4
-"""Requests that write at the same time: the database lets one of them write, the others prepare what they write."""
-MAX_WRITE_WAIT_SECONDS = 10.0
-"""Time that a request waits for its turn at writing, which is that of a transaction for the database."""
+from spinewatch.errors import SpinewatchError
 
 
-class WriteTurns:
-    """The turns of an application, in whose event loop they are taken.
+class TooBusyError(SpinewatchError):
+    """No turn of a request came in time."""
+
+    code = "too-busy"
+
+
+class KeyTurns:
+    """Turns, which are taken in the event loop of an application.
 
     Requests that wait occupy no thread. Keys take turns: the many requests of one do not delay one of another.
 
     Parameters
     ----------
     places
-        Number of requests that write at the same time.
+        Number of requests that have a turn at the same time.
     wait_s
         Longest time to wait for a turn, s.
     """
 
-    def __init__(self, places: int = MAX_WRITERS, wait_s: float = MAX_WRITE_WAIT_SECONDS) -> None:
+    def __init__(self, places: int, wait_s: float) -> None:
         self._free = places
         self._wait_s = wait_s
         self._waiting: OrderedDict[str, deque[asyncio.Future[None]]] = OrderedDict()
@@ -41,7 +38,7 @@ class WriteTurns:
     async def turn(self, key: str) -> AsyncIterator[None]:
         """Wait for a turn of a key, and have it while the context lasts.
 
-        Raises ``TooManyWritesError`` when no turn came in time.
+        Raises ``TooBusyError`` when no turn came in time.
         """
         await self._take(key)
         try:
@@ -62,9 +59,9 @@ class WriteTurns:
             else:  # it came at the same moment
                 self._give_back()
             if isinstance(error, TimeoutError):
-                raise TooManyWritesError(
-                    f"no turn at writing came within {self._wait_s:g} s, for too many requests write at once;"
-                    " nothing was stored: send it again"
+                raise TooBusyError(
+                    f"too many requests of this kind come at once, and no turn came within {self._wait_s:g} s; nothing"
+                    " was done: send it again"
                 ) from error
             raise
 
@@ -89,20 +86,3 @@ class WriteTurns:
             if not turn.cancelled():
                 self._free -= 1
                 turn.set_result(None)
-
-
-async def _write_turns(request: Request) -> WriteTurns:
-    turns: WriteTurns = request.app.state.write_turns
-    return turns
-
-
-WriteTurnsDep = Annotated[WriteTurns, Depends(_write_turns)]
-
-
-async def _turn(turns: WriteTurnsDep, admission: AdmissionDep) -> AsyncIterator[None]:
-    async with turns.turn(admission.key_prefix):
-        yield
-
-
-WriteTurn = Depends(_turn, scope="function")
-"""A dependency of routes that write: a turn that is kept until the route has ended, not until its answer is read."""

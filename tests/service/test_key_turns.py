@@ -1,32 +1,22 @@
-"""Turns at writing: few at once, one of each key after the other, a bounded wait, on every route that writes."""
+"""Turns: few at once, one of each key after the other, a bounded wait."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterator
 
 import pytest
-from fastapi.dependencies.models import Dependant
-from fastapi.routing import APIRoute
 
-from service import write_turns
-from service.app import _ROUTES
-from service.problems import TooManyWritesError
-from service.write_turns import WriteTurns
+from service.key_turns import KeyTurns, TooBusyError
 
-ROUTES = [route for resource in _ROUTES for route in resource.router.routes if isinstance(route, APIRoute)]
-WITHOUT = {
-    "POST /v1/surgeries/{surgery_id}/radiographs/fit": "it stores nothing",
-    "POST /v1/surgeries/{surgery_id}/radiographs": "it takes its turn after the radiograph is decoded",
-}
+WAIT_S = 60.0
 
 
-async def wait(turns: WriteTurns, key: str, done: list[str]) -> None:
+async def wait(turns: KeyTurns, key: str, done: list[str]) -> None:
     async with turns.turn(key):
         done.append(key)
 
 
-async def queued(turns: WriteTurns, keys: str, done: list[str]) -> list[asyncio.Task[None]]:
+async def queued(turns: KeyTurns, keys: str, done: list[str]) -> list[asyncio.Task[None]]:
     """Return tasks that wait for a turn in this order, each of the key that a letter names."""
     tasks = []
     for key in keys:
@@ -35,9 +25,9 @@ async def queued(turns: WriteTurns, keys: str, done: list[str]) -> list[asyncio.
     return tasks
 
 
-def test_no_more_write_at_once_than_there_are_places() -> None:
+def test_no_more_have_a_turn_at_once_than_there_are_places() -> None:
     async def scenario() -> int:
-        turns, running, most = WriteTurns(places=3), 0, 0
+        turns, running, most = KeyTurns(3, WAIT_S), 0, 0
 
         async def write(number: int) -> None:
             nonlocal running, most
@@ -55,7 +45,7 @@ def test_no_more_write_at_once_than_there_are_places() -> None:
 
 def test_the_many_requests_of_a_key_do_not_delay_one_of_another() -> None:
     async def scenario() -> str:
-        turns, done = WriteTurns(places=1), list[str]()
+        turns, done = KeyTurns(1, WAIT_S), list[str]()
         async with turns.turn("a"):
             tasks = await queued(turns, "aaaaabbc", done)
         await asyncio.gather(*tasks)
@@ -66,9 +56,9 @@ def test_the_many_requests_of_a_key_do_not_delay_one_of_another() -> None:
 
 def test_who_waits_too_long_is_told_so_and_keeps_no_place() -> None:
     async def scenario() -> None:
-        turns, done = WriteTurns(places=1, wait_s=0.01), list[str]()
+        turns, done = KeyTurns(1, wait_s=0.01), list[str]()
         async with turns.turn("a"):
-            with pytest.raises(TooManyWritesError, match="send it again"):
+            with pytest.raises(TooBusyError, match="send it again"):
                 await wait(turns, "b", done)
         await wait(turns, "a", done)
         assert done == ["a"]
@@ -79,7 +69,7 @@ def test_who_waits_too_long_is_told_so_and_keeps_no_place() -> None:
 
 def test_a_client_that_leaves_gives_its_place_to_the_next() -> None:
     async def scenario() -> None:
-        turns, done = WriteTurns(places=1), list[str]()
+        turns, done = KeyTurns(1, WAIT_S), list[str]()
         async with turns.turn("a"):
             first, second, third = await queued(turns, "bcd", done)
             second.cancel()
@@ -94,7 +84,7 @@ def test_a_client_that_leaves_gives_its_place_to_the_next() -> None:
 
 def test_an_error_gives_the_turn_back() -> None:
     async def scenario() -> None:
-        turns = WriteTurns(places=1)
+        turns = KeyTurns(1, WAIT_S)
         with pytest.raises(ZeroDivisionError):
             async with turns.turn("a"):
                 raise ZeroDivisionError
@@ -102,19 +92,3 @@ def test_an_error_gives_the_turn_back() -> None:
             pass
 
     asyncio.run(scenario())
-
-
-def dependencies(dependant: Dependant) -> Iterator[object]:
-    for inner in dependant.dependencies:
-        yield inner.call
-        yield from dependencies(inner)
-
-
-def test_every_route_that_changes_something_takes_a_turn() -> None:
-    changing = [route for route in ROUTES if not route.methods <= {"GET", "HEAD"}]
-    without = set()
-    for route in changing:
-        if write_turns.WriteTurn.dependency not in set(dependencies(route.dependant)):
-            without.add(f"{next(iter(route.methods))} {route.path}")
-    assert without == set(WITHOUT)
-    assert len(without) < len(changing)
