@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from functools import cache
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from starlette.routing import Route
 
 from service.openapi_access import declare_access
 from service.problems import MEDIA_TYPE
+from service.shared_run import SharedRun
 
 CONTRACT = Path(__file__).parent.parent / "openapi" / "openapi.json"
 
@@ -25,7 +26,8 @@ _FRAMEWORK_ERROR = {"$ref": "#/components/schemas/HTTPValidationError"}
 def install(app: FastAPI) -> None:
     """Declare application/problem+json for all problems in the OpenAPI document of an application.
 
-    It is made when it is first asked for: that takes 0.7 s, in a thread, for which no start should wait.
+    It is made when it is first asked for: that takes 0.7 s, in a thread, for which no start should wait. However many
+    ask for it together, it is made once: what two threads make at the same time is neither's document.
     """
     generate = app.openapi
 
@@ -36,14 +38,15 @@ def install(app: FastAPI) -> None:
             declare_access(document)
         return generate()
 
-    @cache
-    def rendered() -> bytes:
+    def render() -> bytes:
         content = JSONResponse(app.openapi()).body
         app.openapi_schema = None  # many objects, which every full collection would visit
         return bytes(content)
 
-    def respond(_: Request) -> Response:
-        return Response(rendered(), media_type="application/json")
+    rendered = SharedRun(render, kept_seconds=inf)
+
+    async def respond(_: Request) -> Response:
+        return Response(await rendered.result(), media_type="application/json")
 
     app.openapi = openapi  # type: ignore[method-assign]
     app.router.routes.insert(0, Route(str(app.openapi_url), respond, include_in_schema=False))
