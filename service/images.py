@@ -5,12 +5,14 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 from fastapi import Path, Response
+from fastapi.responses import StreamingResponse
 from sqlalchemy.orm import Session
 
 from contract.image import Image, ImagePair
 from service.dependencies import problems
 from service.etags import NOT_MODIFIED, etag_matches
 from store import images, tables
+from store.database import Database
 
 SidePath = Annotated[Literal["left", "right"], Path(description="The view: left or right.")]
 FILE_RESPONSES: dict[int | str, dict[str, Any]] = {
@@ -33,11 +35,20 @@ def image_pair(left: _Row, right: _Row) -> ImagePair:
     return ImagePair(left=image_of(left), right=image_of(right))
 
 
-def file_response(session: Session, image: tables.images.Image, if_none_match: str | None) -> Response:
-    """Return the stored file with its SHA-256 as the ETag, or 304 if the client has it."""
+def file_response(
+    database: Database, session: Session, image: tables.images.Image, if_none_match: str | None
+) -> Response:
+    """Return the stored file with its SHA-256 as the ETag, or 304 if the client has it.
+
+    A large one is read part by part as the client reads it: what many clients do not read is not in memory.
+    """
     headers = {"ETag": f'"{image.sha256}"', "X-Content-Type-Options": "nosniff"}
     if etag_matches(if_none_match, headers["ETag"]):
         return Response(status_code=304, headers=headers)
+    if image.size_bytes > images.PART_BYTES:
+        headers["Content-Length"] = str(image.size_bytes)
+        parts = images.checked_parts(database, image)
+        return StreamingResponse(parts, media_type=image.media_type, headers=headers)
     return Response(images.content(session, image.sha256), media_type=image.media_type, headers=headers)
 
 

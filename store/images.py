@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+import sqlite3
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
 
-from sqlalchemy import bindparam, select
+from sqlalchemy import bindparam, func, literal_column, select
 from sqlalchemy.orm import Session
 
 from spinewatch.imaging.header import ImageHeader
+from store.database import Database
 from store.errors import ImageDamagedError
 from store.tables.images import Image, SentImage
+
+PART_BYTES = 2**18
+"""Bytes of a part of an image that is read at once."""
 
 
 @dataclass(frozen=True)
@@ -144,12 +149,68 @@ def content(session: Session, sha256: str) -> bytes:
         The stored bytes are not those that were stored first.
     """
     stored = session.scalars(select(Image.content).where(Image.sha256 == sha256)).one()
-    if digest(stored) != sha256:
+    _require(digest(stored), sha256)
+    return stored
+
+
+def checked_parts(database: Database, image: Image) -> Iterator[bytes]:
+    """Return the bytes of a stored image in parts, all of which are checked against their SHA-256 before the first.
+
+    No part is in memory before it is asked for, and no session is open between two of them.
+
+    Parameters
+    ----------
+    database
+        The database.
+    image
+        The row of the image.
+
+    Returns
+    -------
+    iterator of bytes
+        The parts of the file, of at most ``PART_BYTES``.
+
+    Raises
+    ------
+    ImageDamagedError
+        The stored bytes are not those that were stored first.
+    """
+    found = hashlib.sha256()
+    for part in _parts(database, image):
+        found.update(part)
+    _require(found.hexdigest(), image.sha256)
+    return _parts(database, image)
+
+
+def _parts(database: Database, image: Image) -> Iterator[bytes]:
+    for start in range(0, image.size_bytes, PART_BYTES):
+        with database.read() as session:
+            part = _part(session, image.sha256, start)
+        yield part  # the client may read it late: nothing of the database is held until then
+
+
+def _part(session: Session, sha256: str, start: int) -> bytes:
+    """Return a part of a file from a place on, without the rest of it: SQLite reads all for a function of a value."""
+    connection = session.connection()
+    if connection.dialect.name != "sqlite":
+        query = select(func.substring(Image.content, start + 1, PART_BYTES))
+        return bytes(session.scalars(query.where(Image.sha256 == sha256)).one())
+    row = session.scalars(
+        select(literal_column("rowid")).select_from(Image).where(Image.sha256 == sha256)
+    ).one()
+    driver = connection.connection.driver_connection
+    assert isinstance(driver, sqlite3.Connection)  # noqa: S101 - what the dialect says
+    with driver.blobopen(Image.__tablename__, Image.content.name, row, readonly=True) as file:
+        file.seek(start)
+        return file.read(PART_BYTES)
+
+
+def _require(found: str, sha256: str) -> None:
+    if found != sha256:
         raise ImageDamagedError(
             f"the stored image {sha256[:12]} is damaged: it differs from its SHA-256; restore a backup from before, and"
             " check the disk"
         )
-    return stored
 
 
 def digest(content: bytes) -> str:

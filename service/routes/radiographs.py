@@ -147,7 +147,7 @@ def get_radiograph_image(
     """Get the image as PNG; its ETag is its SHA-256."""
     with database.read() as session:
         row = radiographs.get(session, surgery_id, radiograph_id)
-        return file_response(session, row.image, if_none_match)
+        return file_response(database, session, row.image, if_none_match)
 
 
 def _require_surgery(database: Database, surgery_id: str) -> None:

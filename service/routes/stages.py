@@ -206,7 +206,7 @@ def get_image(
     """Get the image file, without the metadata that it came with; its ETag is the SHA-256 of what is stored."""
     with database.read() as session:
         stage = stages.measured(session, surgery_id, name, take)
-        return file_response(session, stages.image(session, stage, pair, side), if_none_match)
+        return file_response(database, session, stages.image(session, stage, pair, side), if_none_match)
 
 
 def _edited_pairs(

@@ -1,5 +1,6 @@
 import pytest
 from sqlalchemy import func, select, text
+from sqlalchemy.pool import QueuePool
 
 from store import images
 from store.database import Database
@@ -45,6 +46,28 @@ def test_damaged_bytes_are_never_returned(database: Database, damaged: bytes) ->
         session.execute(text("UPDATE images SET content = :content"), {"content": damaged})
     with database.read() as session, pytest.raises(ImageDamagedError, match=row.sha256[:12]):
         images.content(session, row.sha256)
+    with pytest.raises(ImageDamagedError, match=row.sha256[:12]):
+        images.checked_parts(database, row)
+
+
+def in_use(database: Database) -> int:
+    """Return how many connections somebody holds."""
+    pool = database.engine.pool
+    assert isinstance(pool, QueuePool)
+    return pool.checkedout()
+
+
+@pytest.mark.parametrize("size", [1, 3, 4, 7])
+def test_the_bytes_come_back_in_parts(database: Database, size: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(images, "PART_BYTES", size)
+    with database.write() as session:
+        row = images.add(session, image(b"content"), NOON)
+    parts = []
+    for part in images.checked_parts(database, row):
+        assert in_use(database) == 0
+        parts.append(part)
+    assert b"".join(parts) == b"content"
+    assert {len(part) for part in parts[:-1]} <= {size}
 
 
 def test_the_hash_of_the_file_as_it_was_sent_is_kept(database: Database) -> None:

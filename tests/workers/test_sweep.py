@@ -1,6 +1,7 @@
 from collections.abc import Iterator
 from datetime import timedelta
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -148,7 +149,7 @@ def test_time_in_which_nobody_could_write_does_not_count(
     claimed(database, job)
 
     class Slow(Database):
-        def write(self, **options: bool):  # type: ignore[no-untyped-def]
+        def write(self, **options: Any) -> Any:
             clock.seconds += 8  # another process held the database
             return super().write(**options)
 
