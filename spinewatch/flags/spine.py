@@ -12,7 +12,7 @@ KINDS = (
         " shows, or all are below 1.6 degrees along several levels, as they are when angles in radians are given as"
         " degrees. Every tilt and Cobb angle of the spine follows from them.",
         "Check units, signs and order of the angles, that every tilt was read, and the axes of the positions.",
-        "0.4% of 3,000 simulated spines with curves of 20 to 90 degrees and 0.2% of 3,000 with curves below 15, of 2"
+        "0.4% of 3,000 simulated spines with curves of 20 to 90 degrees and 0.4% of 3,000 with curves below 15, of 2"
         " to 17 vertebrae, with errors of 6 degrees and 2 mm (sd); none of them is refused. With their angles in"
         " radians 85% are refused and 13% flagged; with the opposite coronal sign 74% of the larger curves are"
         " flagged (`tests/spinewatch/spine/test_initial_tilts.py`). With tilts over more than 30 degrees, coronal"

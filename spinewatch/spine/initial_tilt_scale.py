@@ -16,8 +16,9 @@ _LEVEL_DEG = 1e-6
 class TiltScaleParameters:
     """How the size of tilts is compared with the line of the centroids.
 
-    Of 2,000 sound simulated spines with a curve, a kyphosis, or hardly any, and 2 to 17 poses with errors of 3 or 6
-    degrees and 2 mm, 0.1% are flagged; `initial_tilts` has what is seen.
+    Of 6,000 sound simulated spines of 2 to 17 vertebrae with errors of 6 degrees and 2 mm, whose axes are turned by up
+    to 10 degrees, 2 are flagged. With tilts over more than 30 degrees and poses of all or of 3 to 8 vertebrae, coronal
+    tilts of 0 are seen in 81%, halved ones in 34%, doubled ones in 76%.
 
     Attributes
     ----------
