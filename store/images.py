@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
 
-from sqlalchemy import bindparam, func, literal_column, select
+from sqlalchemy import ColumnClause, bindparam, func, literal_column, select
 from sqlalchemy.orm import Session
 
 from spinewatch.imaging.header import ImageHeader
@@ -195,9 +195,8 @@ def _part(session: Session, sha256: str, start: int) -> bytes:
     if connection.dialect.name != "sqlite":
         query = select(func.substring(Image.content, start + 1, PART_BYTES))
         return bytes(session.scalars(query.where(Image.sha256 == sha256)).one())
-    row = session.scalars(
-        select(literal_column("rowid")).select_from(Image).where(Image.sha256 == sha256)
-    ).one()
+    rowid: ColumnClause[int] = literal_column("rowid")
+    row = session.scalars(select(rowid).select_from(Image).where(Image.sha256 == sha256)).one()
     driver = connection.connection.driver_connection
     assert isinstance(driver, sqlite3.Connection)  # noqa: S101 - what the dialect says
     with driver.blobopen(Image.__tablename__, Image.content.name, row, readonly=True) as file:
