@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from contract.stage import RigCheck
+from spinewatch.calibration.quality.lens_comparison import LensComparisonParameters, lens_flags
 from spinewatch.camera import Rig
 from spinewatch.flags import Flag
-from spinewatch.lens_comparison import LensComparisonParameters, lens_flags
 from spinewatch.matching.marker_scale import MarkerScale
 from spinewatch.rig_files.rig_json import rig_from_dict
 from spinewatch.triads.drift import series_flags

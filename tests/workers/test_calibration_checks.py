@@ -33,10 +33,10 @@ def check(scale: float, drifted: bool = False) -> RigCheck:
         rms_px=0.1,
         p_value=0.5,
         drifted=drifted,
-        rotation_deg=(0, 0, 0),
-        rotation_sd_deg=(1, 1, 1),
-        shift_mm=(0, 0, 0),
-        shift_sd_mm=(1, 1, 1),
+        rotation_deg=[0, 0, 0],
+        rotation_sd_deg=[1, 1, 1],
+        shift_mm=[0, 0, 0],
+        shift_sd_mm=[1, 1, 1],
         marker_scale=measured,
     )
 

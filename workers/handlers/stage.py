@@ -17,12 +17,12 @@ from contract.revision import Remeasurement, TriadEdits
 from contract.stage import StageResult
 from settings import Settings
 from spinewatch.arrays import Pixels
+from spinewatch.calibration.quality.lens_comparison import LensComparisonParameters
 from spinewatch.detection.candidates.templates import TemplateSet
 from spinewatch.errors import ParameterError, SpinewatchError
 from spinewatch.imaging.comparison import ComparisonParameters, textured_strip
 from spinewatch.imaging.decoding import decode_image
 from spinewatch.imaging.frame import Frame, Side
-from spinewatch.lens_comparison import LensComparisonParameters
 from spinewatch.markers import FLAT_10_14_18
 from spinewatch.parallel import both
 from spinewatch.parameters import Parameters

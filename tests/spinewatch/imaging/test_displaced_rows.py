@@ -58,7 +58,7 @@ def test_a_straight_horizontal_edge_is_no_displacement(blur_px: float) -> None:
     plate = 90 + 40 * cv2.GaussianBlur(rng.normal(0, 1, image.shape).astype(np.float32), (0, 0), 1.5)
     image[207:] = plate[207:]
     if blur_px:
-        image = cv2.GaussianBlur(image, (0, 0), blur_px)
+        image = np.asarray(cv2.GaussianBlur(image, (0, 0), blur_px), np.float32)
     assert displaced_rows(whole(image + rng.normal(0, 1.5, image.shape)), PARAMETERS) is None
 
 

@@ -11,13 +11,13 @@ from sqlalchemy import func, select, text
 from contract.job import JobState
 from contract.revision import AddedCentre, NewRevision, Remeasurement, TriadEdits
 from settings import Settings
+from spinewatch.calibration.quality.lens_comparison import LensComparisonParameters
 from spinewatch.detection.candidates.templates import (
     TemplateError,
     default_template_set,
     write_template_set,
 )
 from spinewatch.imaging.comparison import ComparisonParameters
-from spinewatch.lens_comparison import LensComparisonParameters
 from spinewatch.parameters import Parameters
 from spinewatch.progress import silent
 from spinewatch.tracking.synchronization import SynchronizationParameters

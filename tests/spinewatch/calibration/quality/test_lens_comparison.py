@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from spinewatch.calibration.control_field import pegboard_1995
 from spinewatch.calibration.from_images import calibrate_from_points
 from spinewatch.calibration.points import ImagePoints, Sensor, Shot
+from spinewatch.calibration.quality.lens_comparison import compare_lenses, lens_flags
 from spinewatch.camera import Camera, Rig
-from spinewatch.lens_comparison import compare_lenses, lens_flags
 from spinewatch.simulation.rigs import large_rig
 
 RIG = large_rig()
