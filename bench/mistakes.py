@@ -50,7 +50,7 @@ Step = Callable[[], object]
 UNSEEN = (
     (
         "all names in reverse order",
-        "one stage shows neither head nor feet; the direction declared for a surgery or its spine decides",
+        "one stage shows neither head nor feet; an earlier stage, or the direction declared for a spine decides",
     ),
     (
         "all names shifted by one level",
@@ -59,6 +59,10 @@ UNSEEN = (
     (
         "all vertebrae of initial poses in patient axes named a level off",
         "the triads place them; only the shape of the spine is left, which tells in 1%",
+    ),
+    (
+        "results of stages given to `spinewatch spine` in another order than they were taken",
+        "they have no times; each change is right for the order given. The service compares the times of capture",
     ),
     (
         "both images of another moment, of the same patient",

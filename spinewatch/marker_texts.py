@@ -29,8 +29,8 @@ def other_markers(model: TriadModel) -> tuple[tuple[str, TriadModel], ...]:
     Returns
     -------
     tuple of (str, TriadModel)
-        Text and marker: the same lengths in the other orders, other units, and the marker of the thesis. None for
-        other markers.
+        Text and marker: the same lengths in the other orders, other units, the other kind, and the marker of the
+        thesis. None for other markers.
 
     Examples
     --------
@@ -41,8 +41,10 @@ def other_markers(model: TriadModel) -> tuple[tuple[str, TriadModel], ...]:
     if description is None:
         return ()
     kind, legs = description
-    lengths = [*sorted(permutations(legs)), *(tuple(factor * leg for leg in legs) for factor in _FACTORS)]
-    texts = [f"{kind}:{','.join(f'{leg:.4g}' for leg in one)}" for one in lengths]
+    orders, units = sorted(permutations(legs)), [tuple(factor * leg for leg in legs) for factor in _FACTORS]
+    described = [(kind, each) for each in (*orders, *units)]
+    described += [(other, each) for other in KINDS if other != kind for each in orders]
+    texts = [f"{name}:{','.join(f'{leg:.4g}' for leg in each)}" for name, each in described]
     found: list[tuple[str, TriadModel]] = []
     for text in (*texts, FLAT_10_14_18.name):
         try:

@@ -9,7 +9,7 @@ from spinewatch.detection.candidates.search import DetectionParameters
 from spinewatch.detection.refinement.centre_parameters import CentreParameters
 from spinewatch.matching.rig_check import RigCheckParameters
 from spinewatch.triads.diagnosis_parameters import DiagnosisParameters
-from spinewatch.triads.labels import LabelParameters
+from spinewatch.triads.label_parameters import LabelParameters
 from spinewatch.triads.search import SearchParameters
 from spinewatch.triads.second_look import SecondLookParameters
 from spinewatch.triads.variance_factor import VarianceFactorParameters

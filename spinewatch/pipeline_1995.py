@@ -32,7 +32,8 @@ from spinewatch.thesis_1995.match_point import MatchPoint, MatchPointParameters,
 from spinewatch.thesis_1995.template_trees import PublishedTrees, default_trees
 from spinewatch.triads.drift import search_and_check_rig
 from spinewatch.triads.flags import triad_flags
-from spinewatch.triads.labels import LabelledTriad, LabelParameters, label_triads
+from spinewatch.triads.label_parameters import LabelParameters
+from spinewatch.triads.labels import LabelledTriad, label_triads
 from spinewatch.triads.pose_fit import PoseParameters, fit_poses
 from spinewatch.triads.search import TriadSearch
 

@@ -18,7 +18,8 @@ from spinewatch.matching.rig_check import RigCheck
 from spinewatch.matching.selection_parameters import SpineAxis
 from spinewatch.parameters import MethodParameters
 from spinewatch.triads.explanation import Explanation
-from spinewatch.triads.labels import KnownConfiguration, LabelledTriad, label_triads
+from spinewatch.triads.known_configuration import KnownConfiguration
+from spinewatch.triads.labels import LabelledTriad, label_triads
 
 LABELS_UNCERTAIN = "labels-uncertain"
 """Code of the flag of triads whose labels are not certain."""

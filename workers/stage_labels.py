@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from contract.burst import LabelSource
 from spinewatch.stage import LABELS_UNCERTAIN, StageMeasurement, StageRequest, relabelled
-from spinewatch.triads.labels import KnownConfiguration
+from spinewatch.triads.known_configuration import KnownConfiguration
 from spinewatch.triads.pose import Pose
 from store.stage_work import StageWork
 from workers.registry import NotReadyError

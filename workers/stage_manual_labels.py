@@ -6,7 +6,8 @@ from dataclasses import replace
 
 from contract.flag import Flag
 from spinewatch.stage import StageRequest
-from spinewatch.triads.labels import KnownConfiguration, LabelledTriad
+from spinewatch.triads.known_configuration import KnownConfiguration
+from spinewatch.triads.labels import LabelledTriad
 from spinewatch.triads.manual_labels import LEVELS_IMPLAUSIBLE, manual_label_flags
 from store.measurements import MeasuredStage
 from store.stage_work import LabelledStage

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
+from bench.slips.run import run_command
 from bench.slips.slip import Kind, Right, Slip
 from bench.slips.sound import process_arguments, stage_files
 
@@ -49,6 +50,12 @@ def slips() -> Iterator[Slip]:
     """Yield the slips of names and order."""
     for name, kind, stage, labels, right in _CASES:
         yield _slip(f"{name}: {labels}", kind, stage, labels, right)
+    contradicted = Right(flags=("levels-implausible",), detail=r"earlier stage", labels_null=True)
+    for name, labels in (
+        ("all names in reverse order, with the stage before", "T7,T9,T11,L1"),
+        ("all names shifted by one level, with the stage before", "L2,T12,T10,T8"),
+    ):
+        yield Slip(f"{name}: {labels}", "labels", "INTER", "process", contradicted, _after_pre(labels))
     yield _slip("number of triads too small", "labels", "PRE", None, _TOO_MANY, "--triads", 3)
     yield _slip(
         "number of triads too large",
@@ -72,6 +79,15 @@ def slips() -> Iterator[Slip]:
         across,
         lambda _: process_arguments(stage_files("PRE"), axis="y"),
     )
+
+
+def _after_pre(labels: str) -> Callable[[Path], Sequence[object]]:
+    def make(folder: Path) -> Sequence[object]:
+        earlier = folder / "PRE.json"
+        run_command("process", [*process_arguments(stage_files("PRE")), "--out", earlier])
+        return [*process_arguments(stage_files("INTER"), labels=labels), "--earlier", earlier]
+
+    return make
 
 
 def _slip(name: str, kind: Kind, stage: str, labels: str | None, right: Right, *more: object) -> Slip:

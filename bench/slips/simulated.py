@@ -16,7 +16,8 @@ from spinewatch.simulation.observations import FeatureNoise
 from spinewatch.simulation.rigs import large_rig, random_rig, small_rig
 from spinewatch.simulation.scenes import SceneParameters, SimulatedScene, simulate_scene
 from spinewatch.triads.drift import search_and_check_rig
-from spinewatch.triads.labels import LabelParameters, label_triads
+from spinewatch.triads.label_parameters import LabelParameters
+from spinewatch.triads.labels import label_triads
 from spinewatch.triads.pose_fit import PoseParameters
 from spinewatch.triads.search import SearchParameters, match_triads
 

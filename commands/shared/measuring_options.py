@@ -11,7 +11,7 @@ from contract import measuring
 from contract.stage import StageResult
 from spinewatch.errors import ParameterError
 from spinewatch.markers import FLAT_10_14_18, TriadModel, parse_marker
-from spinewatch.triads.labels import KnownConfiguration
+from spinewatch.triads.known_configuration import KnownConfiguration
 
 
 def parse_range(text: str | None) -> tuple[float, float] | None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import combinations, pairwise
 from math import comb
 
@@ -11,114 +11,19 @@ import numpy as np
 
 from spinewatch.arrays import Float, Int
 from spinewatch.flags import Flag
-from spinewatch.geometry.rotations import vector_from_rotation
 from spinewatch.levels import level_numbers, vertebra_names
 from spinewatch.matching.selection_parameters import SpineAxis
-from spinewatch.triads.pose import DOUBTFUL, MeasuredTriad, Pose
-from spinewatch.triads.spacing import SpacingParameters, implausible_spacing
+from spinewatch.triads.known_configuration import (
+    Assignment,
+    KnownConfiguration,
+    configuration_likelihood,
+    known_problem,
+    rotation_sigmas,
+)
+from spinewatch.triads.label_parameters import LabelParameters
+from spinewatch.triads.pose import DOUBTFUL, MeasuredTriad
+from spinewatch.triads.spacing import implausible_spacing
 from spinewatch.triads.spine_order import axis_problem, in_order
-
-Assignment = tuple[int, ...]
-"""Index of the label of each triad, in order along the spine."""
-
-
-@dataclass(frozen=True)
-class LabelParameters:
-    """How labels are assigned when triads are missing, and how they are checked.
-
-    Attributes
-    ----------
-    spacing_sd
-        Relative standard deviation of the distance between neighbours.
-    min_likelihood_ratio
-        How many times more likely the best assignment must be than the second one.
-    distance_sd_mm
-        Standard deviation of the change of a distance between neighbours since the known configuration (H4), mm.
-    rotation_sd_deg
-        Standard deviation of the change of the rotation between neighbours since then, degrees.
-    max_rotation_sigma
-        Changes of rotation are limited to this many standard deviations, since a marker may have been clamped again.
-    max_sigma
-        RMS change per pair of neighbours, in standard deviations, beyond which no assignment is accepted.
-    max_assignments
-        Number of assignments beyond which none is tried.
-    max_axis_angle_deg
-        Largest angle between the given spine axis and the line along which the triads lie, degrees.
-    min_axis_margin_deg
-        Least angle of that line from 45 degrees to the axes for which the order along the axis "auto" is determined,
-        degrees, if it differs between the axes.
-    max_chance_false
-        Largest chance of being false with which a doubtful triad keeps its place among the others.
-    spacing
-        Distances between the triads of neighbouring vertebrae.
-    """
-
-    spacing_sd: float = 0.12
-    min_likelihood_ratio: float = 100.0
-    distance_sd_mm: float = 3.0
-    rotation_sd_deg: float = 8.0
-    max_rotation_sigma: float = 4.0
-    max_sigma: float = 5.0
-    max_assignments: int = 20_000
-    max_axis_angle_deg: float = 60.0
-    min_axis_margin_deg: float = 5.0
-    max_chance_false: float = 0.5
-    spacing: SpacingParameters = field(default_factory=SpacingParameters)
-
-
-@dataclass(frozen=True, eq=False)
-class KnownConfiguration:
-    """Prior knowledge of the triads by vertebra.
-
-    Attributes
-    ----------
-    poses
-        Poses of an earlier stage, in any common frame.
-    distances_mm
-        Distances between pairs of vertebrae, for example from radiographs, mm; used where a pose is missing.
-    markers
-        Name of the marker on each vertebra, when there are several kinds.
-
-    References
-    ----------
-    Heuristic H4 of thesis section 5.6.
-    """
-
-    poses: Mapping[str, Pose] = field(default_factory=dict)
-    distances_mm: Mapping[tuple[str, str], float] = field(default_factory=dict)
-    markers: Mapping[str, str] = field(default_factory=dict)
-
-    def distance_mm(self, a: str, b: str) -> float | None:
-        """Return the known distance between the triads of two vertebrae.
-
-        Parameters
-        ----------
-        a, b
-            Labels of the vertebrae.
-
-        Returns
-        -------
-        float or None
-            Distance, mm; None if it is not known.
-        """
-        if a in self.poses and b in self.poses:
-            return float(np.linalg.norm(self.poses[a].position_mm - self.poses[b].position_mm))
-        return self.distances_mm.get((a, b), self.distances_mm.get((b, a)))
-
-    def covers(self, labels: Sequence[str]) -> bool:
-        """Return whether all distances between vertebrae are known.
-
-        Parameters
-        ----------
-        labels
-            Labels of the vertebrae.
-
-        Returns
-        -------
-        bool
-            Whether the distance of every pair is known.
-        """
-        return all(self.distance_mm(a, b) is not None for a, b in combinations(labels, 2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,7 +136,8 @@ def _labelled(
     if assignment is None:
         flags = (Flag("labels-uncertain", reason),) if reason and ordered and names else ()
         return _unlabelled(ordered, reason), flags
-    if problem := spacing_problem(assignment, ordered, names, extra_levels, p, known):
+    problem = known_problem(assignment, ordered, names, p, known)
+    if problem := problem or spacing_problem(assignment, ordered, names, extra_levels, p, known):
         return _unlabelled(ordered, problem), (Flag("levels-implausible", problem),)
     labelled = zip(assignment, ordered, strict=True)
     return tuple(LabelledTriad(names[k], None, triad) for k, triad in labelled), ()
@@ -275,7 +181,7 @@ def spacing_problem(
         Sentence with the distances; None if nothing contradicts the assignment.
     """
     if known.covers(labels) and len(ordered) > 1:
-        likelihood = _configuration_likelihood(assignment, ordered, labels, p, known)
+        likelihood = configuration_likelihood(assignment, ordered, labels, p, known)
         if likelihood >= -0.5 * p.max_sigma**2 * (len(ordered) - 1):
             return None
     posed = [i for i, triad in enumerate(ordered) if triad.pose is not None]
@@ -324,7 +230,7 @@ def _most_likely(
     if found < 2:
         return None, _too_few(found, expected)
     if known.covers(labels):
-        likelihood = np.array([_configuration_likelihood(a, ordered, labels, p, known) for a in possible])
+        likelihood = np.array([configuration_likelihood(a, ordered, labels, p, known) for a in possible])
         if likelihood.max() < -0.5 * p.max_sigma**2 * (found - 1):
             return None, "the triads that were found do not fit the known configuration"
         basis = "the known configuration does not determine which"
@@ -336,7 +242,7 @@ def _most_likely(
         basis = "the gaps between the others do not determine which"
     best, second = np.argsort(-likelihood, kind="stable")[:2]
     # A marker that was clamped again changes its rotation relative to all others, but not that between two of these.
-    turned = _rotation_sigmas(combinations(zip(possible[best], ordered, strict=True), 2), labels, p, known)
+    turned = rotation_sigmas(combinations(zip(possible[best], ordered, strict=True), 2), labels, p, known)
     if len(turned) > 1 and min(turned) >= p.max_rotation_sigma:
         return None, "the rotations between the triads that were found do not fit the known configuration"
     if likelihood[best] - likelihood[second] < np.log(p.min_likelihood_ratio):
@@ -357,40 +263,6 @@ def _markers_agree(
         known.markers.get(labels[k], triad.model) == triad.model
         for k, triad in zip(assignment, ordered, strict=True)
     )
-
-
-def _configuration_likelihood(
-    assignment: Assignment,
-    ordered: Sequence[MeasuredTriad],
-    labels: Sequence[str],
-    p: LabelParameters,
-    known: KnownConfiguration,
-) -> float:
-    """Return the log-likelihood, without its constant, of the changes of distances and rotations of neighbours."""
-    total = 0.0
-    for (i, a), (j, b) in pairwise(zip(assignment, ordered, strict=True)):
-        distance = known.distance_mm(labels[i], labels[j]) or 0.0
-        change_mm = float(np.linalg.norm(a.position_mm - b.position_mm)) - distance
-        total -= 0.5 * (change_mm / p.distance_sd_mm) ** 2
-    turned = _rotation_sigmas(pairwise(zip(assignment, ordered, strict=True)), labels, p, known)
-    return total - 0.5 * sum(min(sigma, p.max_rotation_sigma) ** 2 for sigma in turned)
-
-
-def _rotation_sigmas(
-    pairs: Iterable[tuple[tuple[int, MeasuredTriad], tuple[int, MeasuredTriad]]],
-    labels: Sequence[str],
-    p: LabelParameters,
-    known: KnownConfiguration,
-) -> list[float]:
-    """Return the changes of the rotations of pairs, in standard deviations, of those whose poses are known."""
-    sigmas = []
-    for (i, a), (j, b) in pairs:
-        before = known.poses.get(labels[i]), known.poses.get(labels[j])
-        if before[0] and before[1] and a.pose and b.pose:
-            change = (a.pose.rotation.T @ b.pose.rotation).T @ (before[0].rotation.T @ before[1].rotation)
-            angle = float(np.degrees(np.linalg.norm(vector_from_rotation(change))))
-            sigmas.append(angle / p.rotation_sd_deg)
-    return sigmas
 
 
 def _gap_likelihood(gaps_mm: Float, level: Float, sd: float) -> float:

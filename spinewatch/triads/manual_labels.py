@@ -10,12 +10,9 @@ from spinewatch.arrays import Float
 from spinewatch.flags import Flag
 from spinewatch.levels import vertebra_names
 from spinewatch.matching.selection_parameters import SpineAxis
-from spinewatch.triads.labels import (
-    KnownConfiguration,
-    LabelledTriad,
-    LabelParameters,
-    spacing_problem,
-)
+from spinewatch.triads.known_configuration import KnownConfiguration
+from spinewatch.triads.label_parameters import LabelParameters
+from spinewatch.triads.labels import LabelledTriad, spacing_problem
 from spinewatch.triads.spine_order import axis_number, axis_problem
 
 LEVELS_IMPLAUSIBLE = "levels-implausible"

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from contract.triad import Ball, Triad
+from spinewatch.detection.placed_centres import PlacedCentre
 from spinewatch.triads.labels import LabelledTriad
 from tests.contract.results import ball, labelled
 
@@ -28,7 +29,19 @@ def test_a_ball_has_its_standard_deviations() -> None:
         "right": [9.0, 1.0],
         "parallax_mm": 0.125,
         "manual": [],
+        "placed": [],
     }
+
+
+def test_a_placed_centre_tells_its_distance_from_what_was_detected() -> None:
+    on = PlacedCentre((7.5, 8.0), (7.0, 8.0), 0.5, 0.9)
+    given = replace(
+        ball(), manual_in=("left", "right"), placed={"left": on, "right": PlacedCentre((9.0, 1.0))}
+    )
+    assert Ball.of(given).model_dump()["placed"] == [
+        {"side": "left", "feature": [7.0, 8.0], "distance_px": 0.5, "distance_sd": 0.9},
+        {"side": "right", "feature": None, "distance_px": None, "distance_sd": None},
+    ]
 
 
 def test_what_is_hidden_is_null() -> None:

@@ -13,7 +13,7 @@ from spinewatch.pipeline_1995 import METHOD, PublishedMeasurer, PublishedParamet
 from spinewatch.rig_files.rig_json import parse_rig
 from spinewatch.stage import StageRequest
 from spinewatch.thesis_1995.preprocessing import PreprocessingParameters
-from spinewatch.triads.labels import KnownConfiguration
+from spinewatch.triads.known_configuration import KnownConfiguration
 from tests.paths import SAMPLES
 
 D1 = SAMPLES / "D1"

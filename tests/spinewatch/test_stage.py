@@ -14,7 +14,7 @@ from spinewatch.levels import LevelError
 from spinewatch.pipeline import StageMeasurer
 from spinewatch.rig_files.rig_json import parse_rig
 from spinewatch.stage import StageMeasurement, StageRequest, relabelled, require_two_images
-from spinewatch.triads.labels import KnownConfiguration
+from spinewatch.triads.known_configuration import KnownConfiguration
 from tests.paths import SAMPLES
 from tests.stage_images import T7_IN_INTER, sample, without
 

@@ -6,7 +6,9 @@ import pytest
 
 from spinewatch.geometry.rotations import rotation_from_vector
 from spinewatch.levels import LevelError
-from spinewatch.triads.labels import KnownConfiguration, LabelParameters, label_triads
+from spinewatch.triads.known_configuration import KnownConfiguration
+from spinewatch.triads.label_parameters import LabelParameters
+from spinewatch.triads.labels import label_triads
 from spinewatch.triads.pose import DOUBTFUL, Ball, MeasuredTriad, Pose
 
 LABELS = ("L1", "T11", "T9", "T7")

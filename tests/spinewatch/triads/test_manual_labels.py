@@ -4,7 +4,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from spinewatch.triads.labels import KnownConfiguration, LabelledTriad
+from spinewatch.triads.known_configuration import KnownConfiguration
+from spinewatch.triads.labels import LabelledTriad
 from spinewatch.triads.manual_labels import manual_label_flags
 from spinewatch.triads.pose import MeasuredTriad, Pose
 
