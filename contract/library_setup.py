@@ -68,9 +68,6 @@ def library_setup(
     axes = patient_axes(document.patient_axes)
     require_axes_of_triads(axes, triads, surgery.extra_levels)
     initial, flags = _initial(document, axes, surgery.extra_levels, triads, radiographs)
-    if initial.kind is not InitialKind.GENERIC:  # the triads made that one
-        placed = isinstance(document.initial, InitialPoses) and document.initial.frame == "patient"
-        flags = (*flags, *level_shift_flags(initial, triads, surgery.extra_levels, placed_by_triads=placed))
     setup = configuration.SpineSetup(
         patient_axes=axes,
         reference=document.reference_vertebra or surgery.reference_vertebra,
@@ -82,10 +79,21 @@ def library_setup(
         extra_levels=tuple(surgery.extra_levels),
         axes_covariance_deg2=patient_axes_covariance(document.patient_axes),
     )
-    of_axes = patient_axes_flags(setup, triads)
-    if initial.kind is configuration.InitialKind.POSES:
-        flags = (*initial_reversal_flags(setup, triads), *flags)
-    return setup, (*of_axes, *flags)
+    return setup, (*patient_axes_flags(setup, triads), *_fit_flags(document, setup, triads), *flags)
+
+
+def _fit_flags(
+    document: SpineSetup, setup: configuration.SpineSetup, triads: Mapping[str, Pose]
+) -> tuple[Flag, ...]:
+    """Return why the triads do not fit the initial vertebrae: reversed poses, or else their levels, or else unknown."""
+    if setup.initial.kind is InitialKind.GENERIC:  # the triads made that one
+        return ()
+    of_poses = initial_reversal_flags(setup, triads) if setup.initial.kind is InitialKind.POSES else ()
+    if any(flag.code == "initial-poses-reversed" for flag in of_poses):
+        return of_poses
+    placed = isinstance(document.initial, InitialPoses) and document.initial.frame == "patient"
+    of_levels = level_shift_flags(setup.initial, triads, setup.extra_levels, placed_by_triads=placed)
+    return of_levels or of_poses
 
 
 def marked_poses(document: SpineSetup, poses: Mapping[str, Pose]) -> dict[str, Pose]:

@@ -260,3 +260,35 @@ def test_mirrored_poses_and_tilts_of_zero_are_flagged() -> None:
     assert codes(1.0, 2.0) == []
     assert codes(-1.0, -2.0) == ["initial-poses-reversed"]
     assert codes(1.0, 0.0) == ["initial-tilts-doubtful"]
+
+
+@pytest.mark.parametrize(
+    ("left", "cephalad_mm", "named"),
+    [(1.0, 0.0, []), (-1.0, 0.0, ["initial-poses-reversed"]), (1.0, 26.0, ["initial-levels-shifted"])],
+)
+def test_one_cause_is_named_of_triads_that_do_not_fit(
+    left: float, cephalad_mm: float, named: list[str]
+) -> None:
+    numbers = np.arange(8)
+    side = 40 * np.sin(numbers / 2.2)
+    tilt = np.degrees(np.arctan2(-np.gradient(side), -26.0))
+    names = ("T6", "T7", "T8", "T9", "T10", "T11", "T12", "L1")
+    marked = {
+        names[k]: Pose(
+            np.array([-26.0 * k + cephalad_mm, side[k], 45.0]),
+            AXES @ rotation_from_tilts(tilt[k], 0.0, 0.0) @ AXES.T,
+            np.eye(6) * 0.01,
+        )
+        for k in range(1, 8, 2)
+    }
+    listed = [
+        {
+            "vertebra": name,
+            "position_mm": [-26.0 * k, left * side[k], 0.0],
+            "angles_deg": [left * tilt[k], 0.0, 0.0],
+        }
+        for k, name in enumerate(names)
+    ]
+    document = spine_setup(initial={"kind": "poses", "frame": "object", "poses": listed})
+    _, flags = library_setup(document, (), LEVELS, "PRE", marked, {})
+    assert [flag.code for flag in flags] == named
