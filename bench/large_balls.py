@@ -1,8 +1,8 @@
 """``python -m bench.large_balls``: centres of simulated balls of 20 px, as in images of more pixels than the cart's.
 
-The rendered pairs have balls of 9 px. Random worlds are drawn instead, with other seeds than those of training, and
-their patches are refined as in a view whose lamp is measured to 0.02 rad: with the networks for usual looks, and with
-those for all looks. A ball is clear when more than 90% of its outline is visible.
+The rendered pairs have balls of 9 px. Random worlds are drawn instead, with other seeds than those of training, and the
+patches of each view are refined with its lamp measured to 0.02 rad: with the networks for usual looks, and with those
+for all looks. A ball is clear when more than 90% of its outline is visible.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from rich.progress import track
 from bench.balls import CLEAR
 from bench.detection_scoring import SURE_PX
 from bench.tables import Bar, Grid, bars
-from spinewatch.arrays import Float
+from spinewatch.arrays import Bool, Float, Single
 from spinewatch.detection.refinement.centre_parameters import CentreParameters
 from spinewatch.detection.refinement.lighting import Lighting, lighting_inputs
 from spinewatch.detection.refinement.network_file import default_networks
@@ -90,18 +90,15 @@ def draw(count: int, left_out: tuple[str, ...], seed: int = 2026) -> Examples:
 
 def measure(examples: Examples, *, usual: bool) -> LargeBalls:
     """Return the errors of the clear balls of examples, with the networks of usual looks or of all looks."""
-    p, networks = CentreParameters(), default_networks().refinement_networks(WIDTH_PX)
+    p = CentreParameters()
     balls = examples.take(examples.ball & (examples.visible > CLEAR))
-    predict = partial(predict_turned, patches=balls.patches.astype(np.float32), lighting=_lighting(balls, p))
-    first: BallNetwork = networks[-1 if usual else 0]
-    upright = predict(first, turn=UPRIGHT)
-    turned = [predict(networks[0], turn=turn) for turn in ((ROTATED,) if usual else (ROTATED, MIRRORED))]
-    offsets, covariances = zip(*((e.offset, e.covariance) for e in (upright, *turned)), strict=True)
-    mean = mean_centres(offsets, covariances, p.rotation_correlation)
-    covariance = mean.covariance + p.model_sd**2 * np.eye(2)
-    error = mean.centre - balls.offset
+    lamp = balls.lamp + LAMP_SD_RAD * np.random.default_rng(0).standard_normal((len(balls.lamp), 2))
+    views = [np.flatnonzero(balls.image == image) for image in np.unique(balls.image)]
+    parts = [_refined(balls.patches[view].astype(np.float32), lamp[view], p, usual=usual) for view in views]
+    found, centre, covariance = (np.concatenate(values) for values in zip(*parts, strict=True))
+    covariance = covariance + p.model_sd**2 * np.eye(2)
+    error = centre - balls.offset
     radius = WIDTH_PX / 2
-    found = upright.log_odds > 0
     sure = found & (radius * np.sqrt(covariance.diagonal(axis1=1, axis2=2)).max(axis=1) < SURE_PX)
     chi2 = np.einsum("ni,nij,nj->n", error, np.linalg.inv(covariance), error) / 2
     return LargeBalls(
@@ -112,6 +109,21 @@ def measure(examples: Examples, *, usual: bool) -> LargeBalls:
         radius * float(np.median(np.abs(error))),
         float(chi2[sure].mean()),
     )
+
+
+def _refined(patches: Single, lamp: Float, p: CentreParameters, *, usual: bool) -> tuple[Bool, Float, Float]:
+    """Return which balls (n,) of one view are found, and their centres (n, 2) and covariances (n, 2, 2), in radii."""
+    networks = default_networks().refinement_networks(WIDTH_PX)
+    predict = partial(predict_turned, patches=patches, lighting=_lighting(lamp, p))
+    first: BallNetwork = networks[-1 if usual else 0]
+    is_ball = predict(first, turn=UPRIGHT).in_view(p.min_odds)
+    upright = predict(first, turn=UPRIGHT, is_ball=is_ball)
+    is_ball = upright.in_view(p.min_odds)
+    turns = (ROTATED,) if usual else (ROTATED, MIRRORED)
+    turned = [predict(networks[0], turn=turn, is_ball=is_ball) for turn in turns]
+    offsets, covariances = zip(*((e.offset, e.covariance) for e in (upright, *turned)), strict=True)
+    mean = mean_centres(offsets, covariances, p.rotation_correlation)
+    return upright.log_odds > 0, mean.centre, mean.covariance
 
 
 def requirements(usual: LargeBalls) -> tuple[Bar, ...]:
@@ -144,10 +156,9 @@ def table(found: dict[str, LargeBalls]) -> Grid:
     return Grid.of(f"Simulated balls of {WIDTH_PX:g} px", columns, rows)
 
 
-def _lighting(balls: Examples, p: CentreParameters) -> Lighting:
-    """Return the light of each ball: its lamp with an error, and the usual height."""
-    n = len(balls.lamp)
-    lamp: Float = balls.lamp + LAMP_SD_RAD * np.random.default_rng(0).standard_normal((n, 2))
+def _lighting(lamp: Float, p: CentreParameters) -> Lighting:
+    """Return the light of n balls whose lamp (n, 2) is measured, at the usual height."""
+    n = len(lamp)
     known = np.ones(n, dtype=bool)
     return Lighting(lighting_inputs(lamp, known, np.full(n, np.log(p.height)), known))
 
