@@ -24,6 +24,7 @@ DECLARATIONS = frozenset(
         "spinewatch/parameters",
         "spinewatch/progress",
         "spinewatch/triads/diagnosis_parameters",
+        "spinewatch/triads/label_parameters",
     }
 )
 """Modules of declarations alone, which other modules' tests exercise."""

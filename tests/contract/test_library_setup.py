@@ -292,3 +292,30 @@ def test_one_cause_is_named_of_triads_that_do_not_fit(
     document = spine_setup(initial={"kind": "poses", "frame": "object", "poses": listed})
     _, flags = library_setup(document, (), LEVELS, "PRE", marked, {})
     assert [flag.code for flag in flags] == named
+
+
+def test_vertebrae_named_a_level_off_are_flagged_in_object_axes_and_not_where_the_triads_place_them() -> None:
+    levels = SurgeryLevels("L1")
+    names = ("T9", "T10", "T11", "T12", "L1", "L2")
+    triads = {
+        name: Pose(np.array([-26.0 * k, 0, 45]), np.eye(3), np.eye(6) * 0.01)
+        for k, name in enumerate(names)
+        if name in {"T10", "T12", "L1"}
+    }
+    for shift, expected in ((0, []), (1, ["initial-levels-shifted"])):
+        found = {}
+        for frame in ("object", "patient"):
+            listed = [
+                {
+                    "vertebra": name,
+                    "position_mm": [-26.0 * (k - shift), 0, 0]
+                    if frame == "object"
+                    else [0, 0, -26.0 * (k - shift)],
+                    "angles_deg": [0.0, 0.0, 0.0],
+                }
+                for k, name in enumerate(names)
+            ]
+            document = spine_setup(initial={"kind": "poses", "frame": frame, "poses": listed})
+            _, flags = library_setup(document, (), levels, "PRE", triads, {})
+            found[frame] = [flag.code for flag in flags if flag.code.startswith("initial-levels")]
+        assert found == {"object": expected, "patient": []}

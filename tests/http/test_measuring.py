@@ -55,6 +55,29 @@ def test_range_markers_and_refinement_are_chosen_with_the_images(service: Servic
     assert parameters["markers"] == ["flat-10-14-18", "flat-12-25-30"]
 
 
+@pytest.mark.parametrize(
+    ("markers", "problem"),
+    [
+        (["flat:18,14,10", "flat:9,4,6"], "would overlap"),
+        (["orthogonal:30,22,16", "orthogonal:22,16,30"], "cannot be told apart"),
+    ],
+)
+def test_markers_that_cannot_be_are_refused_with_their_place(
+    service: Service, calibration: str, markers: list[str], problem: str
+) -> None:
+    answer = submit(service, service.surgery(), calibration, marker=markers)
+    assert code_of(answer, 422) == "invalid-parameter"
+    assert answer.json()["errors"][0]["loc"] == ["body", "marker", 1]
+    assert problem in answer.json()["detail"]
+
+
+def test_a_marker_with_its_legs_in_another_order_is_flagged(service: Service, calibration: str) -> None:
+    surgery = service.surgery()
+    assert ended(service, submit(service, surgery, calibration, marker=["flat:10,14,18"])) == "succeeded"
+    (detail,) = [f["detail"] for f in triads(service, surgery)["flags"] if f["code"] == "marker-doubtful"]
+    assert "4 triads in full view fit the marker flat:18,14,10" in detail
+
+
 def test_a_new_measurement_keeps_what_was_sent(service: Service, calibration: str) -> None:
     surgery = service.surgery()
     assert ended(service, submit(service, surgery, calibration, range_mm="500,900")) == "succeeded"

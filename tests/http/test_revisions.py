@@ -106,6 +106,26 @@ def test_a_hidden_ball_is_added_where_it_was_painted_over(service: Service, cali
     assert "ball-occluded" not in codes(after)
 
 
+def test_centres_of_a_triad_that_are_displaced_together_are_flagged_with_their_distance(case: Case) -> None:
+    before = by_label(case.get("triads"), "T9")
+    moves = [
+        {"action": "move", "side": "left", "feature": case.feature("left", (x, y)), "x": x + 8, "y": y}
+        for x, y in (ball["left"] for ball in before["balls"].values())
+    ]
+    after = case.revised(centres=moves)
+    assert "centre-displaced" in codes(after)
+    triad = by_label(after, "T9")
+    for name, ball in triad["balls"].items():
+        (placed,) = ball["placed"]
+        assert (placed["side"], placed["feature"]) == ("left", before["balls"][name]["left"])
+        assert placed["distance_px"] == pytest.approx(8)
+        assert placed["distance_sd"] > 10
+    moved = np.subtract(triad["position_mm"], before["position_mm"])
+    assert (np.abs(moved) < 3 * np.array(triad["position_sd_mm"])).all()
+    again = case.revised(labels=[{"triad": 0, "label": after["triads"][0]["label"]}])
+    assert by_label(again, "T9")["balls"] == triad["balls"]
+
+
 def test_a_false_centre_is_removed(case: Case) -> None:
     before = case.get("triads")
     x, y = by_label(before, "T9")["balls"]["YY"]["left"]
