@@ -129,7 +129,8 @@ KINDS = (
         "Look at K1 and the pixel size of both calibrations; adjust the same parameters in both. Nothing if another"
         " cart was used.",
         "0 of 542 pairs of simulated calibrations of one rig, 1 and 3 shots of a peg board, noise to 0.1 px; about 3%"
-        " with 0.2 px. The other sign of K1 in one of two is flagged in all of 544 ordered pairs, noise of 0.1 and 0.2 px",
+        " with 0.2 px. The other sign of K1 in one of two is flagged in all of 544 ordered pairs, noise of 0.1 and"
+        " 0.2 px",
     ),
     FlagKind(
         "triad-count-high",
