@@ -96,6 +96,7 @@ def label_triads(
     Examples
     --------
     >>> import numpy as np
+    >>> from spinewatch.triads.pose import Pose
     >>> at = lambda x: MeasuredTriad("flat", {}, Pose(np.array([x, 0, 0]), np.eye(3), np.zeros((6, 6))), 0.0)
     >>> labelled, _ = label_triads([at(151.0), at(0.0), at(98.0)], ["L1", "T11", "T9", "T7"])
     >>> [triad.label for triad in labelled]
