@@ -53,6 +53,12 @@ class StageExistsError(ConflictError):
         self.job_id = job_id
 
 
+class StageNameSimilarError(ConflictError):
+    """The name of a new stage differs from that of another one in upper and lower case only."""
+
+    code = "stage-name-similar"
+
+
 class TakeSupersededError(ConflictError):
     """The results of another take of the stage count."""
 

@@ -16,7 +16,12 @@ import contract.revision
 from contract.event import Actor
 from contract.job import FINAL_STATES, JobState
 from store import events, images, jobs, stages
-from store.errors import StageExistsError, StageNotMeasuredError, TakeSupersededError
+from store.errors import (
+    StageExistsError,
+    StageNameSimilarError,
+    StageNotMeasuredError,
+    TakeSupersededError,
+)
 from store.images import NewImage
 from store.stages import measuring_of, sha256_by_side
 from store.tables.calibrations import Calibration
@@ -170,9 +175,13 @@ def submit(
     ------
     StageExistsError
         The latest job of that name is queued, running or, unless it is taken again, has succeeded.
+    StageNameSimilarError
+        The name is new, and differs from that of another stage in upper and lower case only.
     """
     latest = _latest(session, surgery.id, new.name)
-    if latest is not None:
+    if latest is None:
+        _require_other_name(session, surgery.id, new.name)
+    else:
         _require_replaceable(latest.state, latest.id, retake=retake)
     rows = iter(
         images.add_all(session, [image for pair in new.pairs for image in (pair.left, pair.right)], now)
@@ -222,6 +231,16 @@ def _add(session: Session, stage: Stage, surgery_id: str, now: datetime) -> None
 def _latest(session: Session, surgery_id: str, name: str) -> Row[str, int, int, str, JobState] | None:
     """Return job, take, place, calibration and state of the job of the latest take of a name."""
     return session.execute(_LATEST, {"surgery_id": surgery_id, "name": name}).one_or_none()
+
+
+def _require_other_name(session: Session, surgery_id: str, name: str) -> None:
+    """Raise ``StageNameSimilarError`` for PRE beside pre: it would be another stage, and its motion would be lost."""
+    for other in session.scalars(_NAMES, {"surgery_id": surgery_id}):
+        if other.casefold() == name.casefold():
+            raise StageNameSimilarError(
+                f"this surgery has a stage {other}, from which {name} differs in upper and lower case only; send the"
+                f" stage as {other}, with retake=true if it is taken again, or choose another name"
+            )
 
 
 def _further_pairs(session: Session, stage: Stage) -> Sequence[FurtherPair]:
@@ -339,4 +358,5 @@ _LATEST = (  # an outer join, so that SQLite begins with the stage
     .order_by(Stage.take.desc())
     .limit(1)
 )
+_NAMES = select(Stage.name).where(Stage.surgery_id == bindparam("surgery_id")).distinct()
 _LAST_NUMBER = select(func.max(Stage.number)).where(Stage.surgery_id == bindparam("surgery_id"))

@@ -9,7 +9,13 @@ from contract.job import JobState
 from contract.revision import LabelEdit, Remeasurement, TriadEdits
 from store import calibrations, stage_submission, stage_work, stages, surgeries
 from store.database import Database
-from store.errors import NotFoundError, StageExistsError, StageNotMeasuredError, TakeSupersededError
+from store.errors import (
+    NotFoundError,
+    StageExistsError,
+    StageNameSimilarError,
+    StageNotMeasuredError,
+    TakeSupersededError,
+)
 from store.measurements import MeasuredStage
 from store.page import PageRequest
 from store.stage_submission import NewPair, NewStage
@@ -53,6 +59,15 @@ def test_a_name_in_use_is_refused(database: Database, state: JobState) -> None:
     with pytest.raises(StageExistsError, match=state.value):
         new_stage(database, surgery)
     assert new_stage(database, new_surgery(database)).take == 1
+
+
+def test_a_new_name_differs_from_others_in_more_than_its_case(database: Database) -> None:
+    surgery = new_surgery(database)
+    new_stage(database, surgery, "PRE")
+    with pytest.raises(StageNameSimilarError, match="a stage PRE, from which Pre differs"):
+        new_stage(database, surgery, "Pre")
+    assert new_stage(database, surgery, "PRE 2").take == 1
+    assert new_stage(database, new_surgery(database), "Pre").take == 1
 
 
 ALL = [triad(label) for label in ("L1", "T11", "T9", "T7")]
