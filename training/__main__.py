@@ -3,7 +3,7 @@
 Two refinement networks are fitted for balls of usual size: one to examples of all looks, and one to examples of usual
 looks, of glossy balls in clean and sharp images. A third is for large balls of all looks. The odds of all networks are
 then fitted again, to examples whose places without a ball the proposal network takes for one. With the default options
-it takes about two and a half hours on two cores, and the same seed gives the same networks except for rounding, which
+it takes less than three hours on two cores, and the same seed gives the same networks except for rounding, which
 depends on the machine. docs/networks.md says what the networks that ship were fitted to. Needs PyTorch.
 """
 
@@ -34,7 +34,7 @@ SMALL_GRID, LARGE_GRID = PatchGrid(25, 5.0), PatchGrid(49, 10.0)
 PROPOSAL = Architecture(SMALL_GRID, 0.0, False, ((5, 3, 12), (3, 1, 24), (3, 2, 32)), 48)
 SMALL = Architecture(SMALL_GRID, 0.0, True, ((3, 1, 24), (3, 2, 48), (3, 1, 64), (3, 2, 96)), 128)
 SMALL_USUAL = Architecture(SMALL_GRID, 0.0, True, ((5, 2, 16), (3, 1, 32), (3, 2, 48)), 64)
-LARGE = Architecture(LARGE_GRID, 15.0, False, ((5, 2, 24), (3, 2, 48), (3, 1, 64), (3, 2, 96)), 128)
+LARGE = Architecture(LARGE_GRID, 15.0, True, ((5, 2, 32), (3, 1, 48), (3, 2, 64), (3, 2, 96)), 128)
 """The proposal network, and the refinement networks for balls of usual size, of all and of usual looks, and for large
 balls. That of usual looks is small, because it sees all balls of all images of the cart."""
 SMALL_EXAMPLES = ExampleParameters(SMALL_GRID, (7.0, 13.5), wider=32.0)
@@ -78,7 +78,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--epochs",
         type=int,
         nargs=4,
-        default=(5, 12, 40, 24),
+        default=(5, 12, 40, 20),
         metavar=("PROPOSAL", "SMALL", "USUAL", "LARGE"),
     )
     parser.add_argument("--seed", type=int, default=1995)
