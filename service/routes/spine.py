@@ -96,7 +96,7 @@ async def _body(request: Request) -> bytes:
 
 @router.put(
     "/spine/initial",
-    dependencies=[Depends(csv_body), WriteTurn],
+    dependencies=[Depends(csv_body), Depends(_body), WriteTurn],
     responses={**_JOB, **problems(404, 409, 412, 413, 415, 422, 428)},
     response_model=StoredSpineSetup,
     openapi_extra=_CSV,

@@ -1,5 +1,6 @@
 """Clients that send or read a little at a time, to hold what they have opened."""
 
+import select
 import socket
 import time
 from collections.abc import Callable
@@ -8,6 +9,7 @@ from contextlib import ExitStack
 import pytest
 
 from contract.key import Scope
+from service.turns import MAX_WRITERS
 from tests.hostile.attack import (
     MAX_MEMORY_BYTES,
     PATIENCE_S,
@@ -225,6 +227,17 @@ def test_connections_that_wait_with_half_a_body_make_room_too(service: Service) 
     finally:
         for connection in connections:
             connection.close()
+
+
+def test_tables_that_come_slowly_hold_up_no_other_writer(service: Service) -> None:
+    path = f"PUT /v1/surgeries/{service.surgery()}/spine/initial HTTP/1.1"
+    with ExitStack() as opened:
+        slow = [opened.enter_context(connect(service)) for _ in range(MAX_WRITERS + 1)]
+        for each in slow:
+            each.sendall(head(service, path, "Content-Type: text/csv", "Content-Length: 100") + b"vertebra,")
+        _answered(service)
+        service.surgery()
+        assert select.select(slow, [], [], 0)[0] == [], "the writer waited until others were refused"
 
 
 def test_an_idle_connection_is_closed(tmp_path_factory: pytest.TempPathFactory) -> None:
