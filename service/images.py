@@ -6,7 +6,6 @@ from typing import Annotated, Any, Literal
 
 from fastapi import Path, Response
 from fastapi.responses import StreamingResponse
-from sqlalchemy.orm import Session
 
 from contract.image import Image, ImagePair
 from service.dependencies import problems
@@ -35,12 +34,11 @@ def image_pair(left: _Row, right: _Row) -> ImagePair:
     return ImagePair(left=image_of(left), right=image_of(right))
 
 
-def file_response(
-    database: Database, session: Session, image: tables.images.Image, if_none_match: str | None
-) -> Response:
+def file_response(database: Database, image: tables.images.Image, if_none_match: str | None) -> Response:
     """Return the stored file with its SHA-256 as the ETag, or 304 if the client has it.
 
-    A large one is read part by part as the client reads it: what many clients do not read is not in memory.
+    A large one is read part by part as the client reads it: what many clients do not read is not in memory. To be
+    called when no session is open: of requests that wait for a second connection, none would give up its first.
     """
     headers = {"ETag": f'"{image.sha256}"', "X-Content-Type-Options": "nosniff"}
     if etag_matches(if_none_match, headers["ETag"]):
@@ -49,7 +47,9 @@ def file_response(
         headers["Content-Length"] = str(image.size_bytes)
         parts = images.checked_parts(database, image)
         return StreamingResponse(parts, media_type=image.media_type, headers=headers)
-    return Response(images.content(session, image.sha256), media_type=image.media_type, headers=headers)
+    with database.read() as session:
+        content = images.content(session, image.sha256)
+    return Response(content, media_type=image.media_type, headers=headers)
 
 
 def image_of(row: _Row) -> Image:

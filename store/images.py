@@ -8,14 +8,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
+from typing import TypeVar
 
-from sqlalchemy import ColumnClause, bindparam, func, literal_column, select
+from sqlalchemy import ColumnClause, Select, bindparam, func, literal_column, select
 from sqlalchemy.orm import Session
 
 from spinewatch.imaging.header import ImageHeader
 from store.database import Database
-from store.errors import ImageDamagedError
+from store.errors import ImageDamagedError, NotFoundError
 from store.tables.images import Image, SentImage
+
+Value = TypeVar("Value")
 
 PART_BYTES = 2**18
 """Bytes of a part of an image that is read at once."""
@@ -147,8 +150,10 @@ def content(session: Session, sha256: str) -> bytes:
     ------
     ImageDamagedError
         The stored bytes are not those that were stored first.
+    NotFoundError
+        The image was removed meanwhile.
     """
-    stored = session.scalars(select(Image.content).where(Image.sha256 == sha256)).one()
+    stored = _one(session, select(Image.content).where(Image.sha256 == sha256))
     _require(digest(stored), sha256)
     return stored
 
@@ -174,6 +179,8 @@ def checked_parts(database: Database, image: Image) -> Iterator[bytes]:
     ------
     ImageDamagedError
         The stored bytes are not those that were stored first.
+    NotFoundError
+        The image was removed meanwhile.
     """
     found = hashlib.sha256()
     for part in _parts(database, image):
@@ -194,14 +201,22 @@ def _part(session: Session, sha256: str, start: int) -> bytes:
     connection = session.connection()
     if connection.dialect.name != "sqlite":
         query = select(func.substring(Image.content, start + 1, PART_BYTES))
-        return bytes(session.scalars(query.where(Image.sha256 == sha256)).one())
+        return bytes(_one(session, query.where(Image.sha256 == sha256)))
     rowid: ColumnClause[int] = literal_column("rowid")
-    row = session.scalars(select(rowid).select_from(Image).where(Image.sha256 == sha256)).one()
+    row = _one(session, select(rowid).select_from(Image).where(Image.sha256 == sha256))
     driver = connection.connection.driver_connection
     assert isinstance(driver, sqlite3.Connection)  # noqa: S101 - what the dialect says
     with driver.blobopen(Image.__tablename__, Image.content.name, row, readonly=True) as file:
         file.seek(start)
         return file.read(PART_BYTES)
+
+
+def _one(session: Session, query: Select[Value]) -> Value:
+    """Return what is stored of an image; raise ``NotFoundError`` when the image was removed since its row was read."""
+    found = session.scalars(query).one_or_none()
+    if found is None:
+        raise NotFoundError("image")
+    return found
 
 
 def _require(found: str, sha256: str) -> None:

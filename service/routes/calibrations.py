@@ -211,7 +211,8 @@ def get_calibration_image(
     with database.read() as session:
         row = calibrations.get_with_report(session, calibration_id)
         shot = calibrations.shot_of(row, number)
-        return file_response(database, session, shot.left if side == "left" else shot.right, if_none_match)
+        image = shot.left if side == "left" else shot.right
+    return file_response(database, image, if_none_match)
 
 
 def _detail(

@@ -146,8 +146,8 @@ def get_radiograph_image(
 ) -> Response:
     """Get the image as PNG; its ETag is its SHA-256."""
     with database.read() as session:
-        row = radiographs.get(session, surgery_id, radiograph_id)
-        return file_response(database, session, row.image, if_none_match)
+        row = radiographs.get(session, surgery_id, radiograph_id).image
+    return file_response(database, row, if_none_match)
 
 
 def _require_surgery(database: Database, surgery_id: str) -> None:

@@ -206,7 +206,8 @@ def get_image(
     """Get the image file, without the metadata that it came with; its ETag is the SHA-256 of what is stored."""
     with database.read() as session:
         stage = stages.measured(session, surgery_id, name, take)
-        return file_response(database, session, stages.image(session, stage, pair, side), if_none_match)
+        row = stages.image(session, stage, pair, side)
+    return file_response(database, row, if_none_match)
 
 
 def _edited_pairs(

@@ -43,11 +43,12 @@ def test_images_that_are_not_read_are_not_in_memory(tmp_path: Path) -> None:
         assert int(received.headers["Content-Length"]) == len(received.content) > 8_000_000
         forget_peak(service.server.pid)
         before = peak_memory(service.server.pid)
-        for _ in range(CLIENTS):
-            client = opened.enter_context(socket.socket())
+        clients = [opened.enter_context(socket.socket()) for _ in range(CLIENTS)]
+        for client in clients:
             client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
             client.settimeout(PATIENCE_S)
             client.connect(("127.0.0.1", service.port))
             client.sendall(head(service, f"GET {path} HTTP/1.1"))
+        for client in clients:
             assert client.recv(12) == b"HTTP/1.1 200"
         assert peak_memory(service.server.pid) - before < CLIENTS * len(received.content) / 4

@@ -4,7 +4,7 @@ from sqlalchemy.pool import QueuePool
 
 from store import images
 from store.database import Database
-from store.errors import ImageDamagedError
+from store.errors import ImageDamagedError, NotFoundError
 from store.images import NewImage
 from store.tables.images import Image, SentImage
 from tests.store.at_rest import without_triggers
@@ -48,6 +48,20 @@ def test_damaged_bytes_are_never_returned(database: Database, damaged: bytes) ->
         images.content(session, row.sha256)
     with pytest.raises(ImageDamagedError, match=row.sha256[:12]):
         images.checked_parts(database, row)
+
+
+def test_an_image_that_was_removed_since_its_row_was_read_is_not_found(database: Database) -> None:
+    with database.write() as session:
+        row = images.add(session, image(b"content"), NOON)
+    parts = images.checked_parts(database, row)
+    with without_triggers(database.url, "images") as session:
+        session.execute(text("DELETE FROM images"))
+    with database.read() as session, pytest.raises(NotFoundError, match="image"):
+        images.content(session, row.sha256)
+    with pytest.raises(NotFoundError, match="image"):
+        images.checked_parts(database, row)
+    with pytest.raises(NotFoundError, match="image"):
+        list(parts)
 
 
 def in_use(database: Database) -> int:
