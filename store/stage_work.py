@@ -19,11 +19,11 @@ from spinewatch.triads.pose import Pose
 from store import calibrations, images, pair_results, results
 from store.errors import ImageDamagedError
 from store.measurements import MeasuredStage
+from store.stage_calibrations import EarlierCalibration, earlier_calibrations
 from store.stages import IN_ORDER, measuring_of, sha256_by_side
 from store.tables.base import Document
-from store.tables.calibrations import Calibration
 from store.tables.jobs import Job
-from store.tables.measurements import FeatureList, Measurement, Triad
+from store.tables.measurements import FeatureList, Triad
 from store.tables.stages import Stage
 
 
@@ -45,10 +45,6 @@ class EarlierStage:
         Whether its gray levels are compared with those of the stage in work.
     strips
         Strips of its images by side, as they are stored, if it is compared; without those that are not stored.
-    other_rig
-        Rig JSON of its calibration; None if that is the calibration of the stage in work.
-    rig_check
-        Check of the rig by its balls, if it was measured with that same calibration.
     """
 
     name: str
@@ -57,8 +53,6 @@ class EarlierStage:
     follows: bool = False
     is_compared: bool = False
     strips: Mapping[str, bytes] = field(default_factory=dict)
-    other_rig: Document | None = None
-    rig_check: Document | None = None
 
 
 @dataclass(frozen=True)
@@ -157,6 +151,8 @@ class StageWork:
         What is known of the pairs, and how they are measured, as it was sent with the images.
     files
         Images of earlier stages, by their SHA-256; None until the work has asked for some. A damaged one is missing.
+    earlier_calibrations
+        Calibrations of stages of other names that were submitted before.
     """
 
     left: bytes
@@ -182,6 +178,7 @@ class StageWork:
     revision: RevisionWork | None = None
     measuring: contract.measuring.Measuring = field(default_factory=contract.measuring.Measuring)
     files: Mapping[str, bytes] | None = None
+    earlier_calibrations: tuple[EarlierCalibration, ...] = ()
 
     @property
     def pairs(self) -> tuple[PairWork, ...]:
@@ -240,6 +237,7 @@ def work(session: Session, stage_id: str, max_compared: int = 0) -> StageWork:
         unended_job=unended_job,
         revision=_revision(session, stage),
         measuring=measuring_of(session, stage),
+        earlier_calibrations=earlier_calibrations(session, stage),
     )
 
 
@@ -299,10 +297,8 @@ def _earlier(session: Session, stage: Stage, max_compared: int) -> tuple[Earlier
             place > stage.place,
             stage_id in strips,
             strips.get(stage_id, {}),
-            rig if calibration_id != stage.calibration_id else None,
-            check if calibration_id == stage.calibration_id else None,
         )
-        for stage_id, name, captured, exposed, left, right, place, calibration_id, rig, check in rows
+        for stage_id, name, captured, exposed, left, right, place in rows
     )
 
 
@@ -364,12 +360,7 @@ _SENT_BEFORE = (
         Stage.left_sha256,
         Stage.right_sha256,
         Stage.place,
-        Stage.calibration_id,
-        Calibration.rig,
-        Measurement.result["rig_check"],
     )
-    .join(Stage.calibration)
-    .outerjoin(Stage.measurement)
     .where(
         Stage.surgery_id == bindparam("surgery_id"),
         Stage.name != bindparam("name"),

@@ -35,15 +35,17 @@ def calibration_flags(
     Flag
         ``lens-differs`` for a lens that differs from that of another calibration; ``calibration-drift`` when this stage
         alone does not show that the markers are not measured in their size, but all stages of this calibration
-        together do. A stage whose job has not ended counts for neither.
+        together do. Stages that are not yet measured count for the lenses alone.
     """
-    others = [(stage.name, stage.other_rig) for stage in work.earlier]
+    others = [(stage.name, stage.other_rig) for stage in work.earlier_calibrations]
     rigs = [(name, rig_from_dict(document)) for name, document in others if document is not None]
     yield from lens_flags(rig, rigs, lenses)
     if check is None or check.drifted or check.marker_scale is None:
         return
     before = [
-        RigCheck.model_validate(stage.rig_check) for stage in work.earlier if stage.rig_check is not None
+        RigCheck.model_validate(stage.rig_check)
+        for stage in work.earlier_calibrations
+        if stage.rig_check is not None
     ]
     scales = [one.marker_scale for one in (*before, check) if one.marker_scale is not None]
     yield from series_flags([MarkerScale(**scale.model_dump()) for scale in scales])

@@ -10,7 +10,8 @@ from datetime import timedelta
 from contract.stage import MarkerScale, RigCheck
 from spinewatch.flags import Flag
 from spinewatch.rig_files.rig_json import rig_to_dict
-from store.stage_work import EarlierStage, StageWork
+from store.stage_calibrations import EarlierCalibration
+from store.stage_work import StageWork
 from tests.store.builders import NOON, RIG
 from workers.calibration_checks import calibration_flags
 
@@ -41,11 +42,11 @@ def check(scale: float, drifted: bool = False) -> RigCheck:
     )
 
 
-def with_check(name: str, scale: float) -> EarlierStage:
-    return EarlierStage(name, None, {}, rig_check=json.loads(check(scale).model_dump_json()))
+def with_check(name: str, scale: float) -> EarlierCalibration:
+    return EarlierCalibration(name, rig_check=json.loads(check(scale).model_dump_json()))
 
 
-def flags(earlier: Sequence[EarlierStage], own: RigCheck | None = None) -> list[Flag]:
+def flags(earlier: Sequence[EarlierCalibration], own: RigCheck | None = None) -> list[Flag]:
     work = StageWork(
         left=b"",
         right=b"",
@@ -55,10 +56,11 @@ def flags(earlier: Sequence[EarlierStage], own: RigCheck | None = None) -> list[
         calibrated_at=None,
         calibration_created_at=NOON,
         calibration_age=timedelta(0),
-        earlier=tuple(earlier),
+        earlier=(),
         vertebrae=("L1",),
         extra_levels=(),
         spine_axis="x",
+        earlier_calibrations=tuple(earlier),
     )
     return list(calibration_flags(work, RIG, own))
 
@@ -68,13 +70,13 @@ def test_a_first_stage_raises_nothing() -> None:
 
 
 def test_a_lens_of_another_calibration_that_differs_is_flagged() -> None:
-    (flag,) = flags([EarlierStage("PRE", None, {}, other_rig=rig_to_dict(OTHER_SIGN))])
+    (flag,) = flags([EarlierCalibration("PRE", other_rig=rig_to_dict(OTHER_SIGN))])
     assert flag.code == "lens-differs"
     assert "stage PRE" in flag.detail
 
 
 def test_another_calibration_of_the_same_lens_raises_nothing() -> None:
-    assert flags([EarlierStage("PRE", None, {}, other_rig=rig_to_dict(RIG))], check(1.0)) == []
+    assert flags([EarlierCalibration("PRE", other_rig=rig_to_dict(RIG))], check(1.0)) == []
 
 
 def test_a_scale_that_stages_show_together_is_flagged() -> None:
