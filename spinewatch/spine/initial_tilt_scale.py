@@ -124,7 +124,7 @@ def tilt_scale_doubt(
     """
     p = parameters or TiltScaleParameters()
     windows = _windows(numbers, p.window_levels)
-    if len(windows) < 2:
+    if len(windows) < 2 or (position_mm[windows[:, 0], 2] <= position_mm[windows[:, 1], 2]).any():
         return None
     sd = np.tile([p.position_sd_mm, p.tilt_sd_deg], (len(numbers), 1))
     if stated_sd is not None:

@@ -87,7 +87,9 @@ def level_shift_flags(
     given = _misfit(initial, numbers, at, poses, common_sd, p)
     others = {shift: _misfit(initial, numbers, at + shift, poses, common_sd, p) for shift in p.shifts}
     best = min(others, key=lambda shift: others[shift].log_cost)
-    ratio = float(np.exp(np.clip(given.log_cost - others[best].log_cost, -700, 700)))
+    # Between vague poses the mean of two is less vague, and likelier for that alone: the misfit must be less, too.
+    lead = min(given.log_cost - others[best].log_cost, 0.5 * (given.chi2 - others[best].chi2))
+    ratio = float(np.exp(np.clip(lead, -700, 700)))
     if ratio >= p.min_ratio:
         detail = (
             f"the triads are {given.distance_mm:.0f} mm from where the initial vertebrae of their names expect them,"

@@ -56,6 +56,12 @@ def test_tilts_of_another_size_are_seen(scale: float, least: int) -> None:
         assert all("are all 0" in doubt and "give the tilt" in doubt for doubt in told)
 
 
+def test_a_line_that_does_not_rise_says_nothing_of_the_size() -> None:
+    position, tilts = spine(1)
+    for rise in (0.0, -1.0):
+        assert tilt_scale_doubt(ALL, position * (1, 1, rise), 0.5 * tilts[:, 0], 0) is None
+
+
 def test_the_sagittal_plane_is_compared_too() -> None:
     position, tilts = spine(4, ScoliosisParameters(cobb_deg=(1.0, 5.0), kyphosis_deg=(60.0, 70.0)))
     assert tilt_scale_doubt(ALL, position, tilts[:, 1], 1) is None

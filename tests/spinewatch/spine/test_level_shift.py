@@ -75,6 +75,13 @@ def test_wide_deviations_of_the_poses_decide_nothing() -> None:
     assert level_shift_flags(wrong, triads("T5", "T8", "L1"), placed_by_triads=True) == ()
 
 
+def test_vague_poses_of_every_other_vertebra_are_no_doubt() -> None:
+    right = spine("T1", "L4", step=2)
+    n = len(right.levels)
+    vague = replace(right, errors=50.0 * np.eye(6 * n).reshape(n, 6, 6 * n))  # of each vertebra its own
+    assert level_shift_flags(vague, triads("T1", "T3", "T5", "T7", "T9", "T11", "L1", "L3")) == ()
+
+
 def test_triads_far_from_every_vertebra_are_flagged() -> None:
     far = {
         name: replace(pose, position_mm=pose.position_mm + np.array([0, 50, 0]))
