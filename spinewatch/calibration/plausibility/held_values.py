@@ -57,7 +57,7 @@ def held_value_doubts(
                     Flag(
                         "held-value-contradicted",
                         f"{camera_name}: {name} was held at {value:.5g}, and the points show {found:.5g} +- {sd:.2g};"
-                        " adjust it (without --fix), or give its calibrated value",
+                        " adjust it instead of holding it, or give its calibrated value",
                     )
                 )
     return tuple(flags)
