@@ -133,10 +133,6 @@ UNSEEN = (
         " 0 of 24 simulated surgeries",
     ),
     (
-        "results of PRE and POST exchanged for `spinewatch spine`",
-        "results have no times; the curve grows, and in the service the times of the stages show it",
-    ),
-    (
         "patient axes turned by 20 degrees about cephalad, with initial poses in patient axes",
         "the baseline is right whatever they are; triads on a spine that is nearly a line show it in 4%",
     ),
