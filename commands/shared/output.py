@@ -6,8 +6,8 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from io import BufferedWriter, FileIO, TextIOWrapper
-from typing import TYPE_CHECKING
+from io import BufferedWriter, FileIO, TextIOWrapper, UnsupportedOperation
+from typing import TYPE_CHECKING, TextIO
 
 from commands.shared.files import OutputError
 
@@ -43,11 +43,13 @@ def standard_output() -> Iterator[None]:
         sys.stdout.reconfigure(errors="backslashreplace")  # names of files may have bytes that are no text
     if sys.stdout is sys.__stdout__ and isinstance(sys.stdout, TextIOWrapper):
         sys.stdout = _named(sys.stdout)
+    is_of_process = _is_of_process(sys.stdout)
     try:
         yield
         sys.stdout.flush()
     except (OutputError, BrokenPipeError):
-        _drop_output()
+        if is_of_process:
+            _drop_output()
         raise
 
 
@@ -60,6 +62,14 @@ def _named(stream: TextIOWrapper) -> TextIOWrapper:
         line_buffering=stream.line_buffering,
         write_through=stream.write_through,
     )
+
+
+def _is_of_process(stream: TextIO) -> bool:
+    """Return whether what is printed goes to the output of the process, and not to a program that calls a command."""
+    try:
+        return stream.fileno() == _STDOUT
+    except UnsupportedOperation:
+        return False
 
 
 def _drop_output() -> None:

@@ -82,3 +82,24 @@ def test_names_that_are_no_text_are_printed_with_escapes(tmp_path: Path) -> None
     )
     assert b"a\\udcff.csv: " in done.stdout
     assert path.exists()
+
+
+def test_a_program_that_calls_commands_keeps_its_output() -> None:
+    lines = (
+        "import contextlib, io, sys",
+        "from commands.main import app",
+        "sys.argv = ['spinewatch', 'convert', sys.argv[1], '--out', '/no/such/folder/rig.json']",
+        "with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):",
+        "    app()",
+        "print('still here')",
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", "\n".join(lines), str(D1 / "rig.json")],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+        cwd=PROJECT,
+    )
+    assert done.stdout == "still here\n"
+    assert "/no/such/folder" in done.stderr
