@@ -51,4 +51,5 @@ def test_images_that_are_not_read_are_not_in_memory(tmp_path: Path) -> None:
             client.sendall(head(service, f"GET {path} HTTP/1.1"))
         for client in clients:
             assert client.recv(12) == b"HTTP/1.1 200"
-        assert peak_memory(service.server.pid) - before < CLIENTS * len(received.content) / 4
+        # As many parts as there are threads are read at once, each with the cache of its connection.
+        assert peak_memory(service.server.pid) - before < CLIENTS * len(received.content) / 2
