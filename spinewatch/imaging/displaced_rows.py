@@ -14,6 +14,8 @@ import numpy as np
 from spinewatch.arrays import Bool, Single
 from spinewatch.imaging.level_differences import Bytes
 
+_BAND_ROWS = 64
+"""Rows that are compared at a time: of a whole image the products would be many times its size."""
 _RIVAL_PX = 2
 """Displacements this near to the best one are no rivals of it."""
 
@@ -122,11 +124,8 @@ def displaced_rows(levels: Bytes, parameters: RowDisplacementParameters) -> RowD
     part = (width - 2 * p.max_lag_px) // p.n_parts
     if part < p.min_part_px or height < 4 * p.n_near:
         return None
-    gray = levels.astype(np.float32)
-    detail = gray - cv2.blur(gray, (p.detail_px, 1))
-    first = detail[:, p.max_lag_px :][:, : p.n_parts * part]
-    energy = _sums(first * first, part)
-    usual = _sums(first[1:] * first[:-1], part) / np.sqrt(energy[1:] * energy[:-1] + 1)
+    bands = [levels[start : start + _BAND_ROWS + 1] for start in range(0, height - 1, _BAND_ROWS)]
+    usual = np.concatenate([_neighbour_correlation(band, part, p) for band in bands])
     near = cv2.blur(usual, (1, 2 * p.n_near + 1))
     textured = near > p.min_correlation
     count = textured.sum(axis=1)
@@ -137,11 +136,24 @@ def displaced_rows(levels: Bytes, parameters: RowDisplacementParameters) -> RowD
     pairs = pairs[np.argsort(-fallen[pairs] / count[pairs], kind="stable")][: p.max_examined]
     found = []
     for above in pairs:
-        rows = detail[above - p.n_near : above + p.n_near + 2]
+        rows = _detail(levels[above - p.n_near : above + p.n_near + 2], p)
         jump = _jump(rows, near[above], textured[above], part, p)
         if jump is not None:
             found.append(RowDisplacement(int(above) + 1, *jump))
     return max(found, key=lambda jump: jump.after - jump.before, default=None)
+
+
+def _detail(levels: Bytes, p: RowDisplacementParameters) -> Single:
+    """Return gray levels (n, W) less their means along the rows."""
+    gray = levels.astype(np.float32)
+    return np.asarray(gray - cv2.blur(gray, (p.detail_px, 1)))
+
+
+def _neighbour_correlation(levels: Bytes, part: int, p: RowDisplacementParameters) -> Single:
+    """Return the correlations (n - 1, n_parts) of neighbouring rows (n, W)."""
+    first = _detail(levels, p)[:, p.max_lag_px :][:, : p.n_parts * part]
+    energy = _sums(first * first, part)
+    return np.asarray(_sums(first[1:] * first[:-1], part) / np.sqrt(energy[1:] * energy[:-1] + 1))
 
 
 def _sums(values: Single, part: int) -> Single:
