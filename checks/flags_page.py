@@ -16,7 +16,7 @@ _HEAD = """\
 A flag is a named doubt about a result: a stable `code` for machines and a `detail` for people, a sentence with the
 numbers that raised it. A flagged result is still given. The detail of a flag about one image begins with `left:` or
 `right:`. [mistakes.md](mistakes.md) lists what can go wrong between the cart and the database, the answer to each, and
-what nothing in the input reveals.
+what nothing in the input reveals. Figures without a command come from experiments that no command repeats.
 
 This page is generated from `spinewatch/flags/` by `python -m checks.flags_page --write`.
 """

@@ -39,8 +39,7 @@ KINDS = (
         "Check that the poses are of this patient and baseline, and the names of the vertebrae. If the"
         " clamps are placed that differently, nothing.",
         "0 of 998 of the same setups. Poses of another patient are seen in 48%, by this flag or the one above or a"
-        " refusal, with smaller curves in 31% (`python -m bench.spine --part setups`). Clamps that vary by 10 mm and"
-        " 12 degrees raise it in 1.3%.",
+        " refusal, with smaller curves in 31% (`python -m bench.spine --part setups`)",
     ),
     FlagKind(
         "patient-axes-doubtful",

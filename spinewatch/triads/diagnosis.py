@@ -20,15 +20,11 @@ from spinewatch.detection.features import Features
 from spinewatch.errors import ParameterError, SpinewatchError
 from spinewatch.markers import TriadModel, scaled
 from spinewatch.matching.epipolar import EpipolarParameters, range_limits_mm
-from spinewatch.matching.identification import identify_triads
-from spinewatch.matching.points import match_features
-from spinewatch.matching.rating import likeliest_points, rate_candidates
-from spinewatch.matching.selection import chain_log_odds
 from spinewatch.matching.selection_parameters import SpineAxis
 from spinewatch.triads.camera_motion import likeliest_rotations
 from spinewatch.triads.diagnosis_parameters import DiagnosisParameters
 from spinewatch.triads.meeting import meeting_sigma
-from spinewatch.triads.search import SearchParameters
+from spinewatch.triads.search import SearchParameters, full_view_chain, full_view_points
 
 Pair = tuple[Features, Features]
 
@@ -224,16 +220,12 @@ def _chain(
     trial: _Trial, search: SearchParameters, expected: int | None, axis: SpineAxis
 ) -> tuple[int, float]:
     """Return the number of triads in full view of the best chain, and its log-odds."""
+    matching = replace(search.matching, epipolar=trial.epipolar)
     try:
-        diameter = max(model.ball_diameter_mm for model in trial.models)
-        matching = replace(search.matching, epipolar=trial.epipolar)
-        points = match_features(*trial.pair, trial.rig, diameter, matching)
+        points = full_view_points(trial.pair, trial.rig, trial.models, replace(search, matching=matching))
     except (SpinewatchError, np.linalg.LinAlgError):
         return 0, 0.0
-    points = likeliest_points(points, search.selection, search.max_points)
-    triplets = [identify_triads(points, model, search.identification) for model in trial.models]
-    candidates = rate_candidates(triplets, points, trial.models, trial.rig, search.selection, expected)
-    return chain_log_odds(candidates, points, search.selection, expected=expected, axis=axis)
+    return full_view_chain(points, trial.rig, trial.models, search, expected=expected, axis=axis)
 
 
 def _flipped(features: Features, size_px: tuple[int, int], axes: tuple[bool, bool]) -> Features:

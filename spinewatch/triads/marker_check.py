@@ -8,6 +8,7 @@ with the markers that may have been meant.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -17,14 +18,10 @@ from spinewatch.errors import SpinewatchError
 from spinewatch.flags import Flag
 from spinewatch.marker_texts import other_markers
 from spinewatch.markers import TriadModel
-from spinewatch.matching.identification import identify_triads
-from spinewatch.matching.points import match_features
-from spinewatch.matching.rating import likeliest_points, rate_candidates
-from spinewatch.matching.selection import chain_log_odds
 from spinewatch.matching.selection_parameters import SpineAxis
 from spinewatch.triads.diagnosis_parameters import DiagnosisParameters
 from spinewatch.triads.pose import MeasuredTriad
-from spinewatch.triads.search import SearchParameters
+from spinewatch.triads.search import SearchParameters, full_view_chain, full_view_points
 
 
 def marker_flags(  # noqa: PLR0913
@@ -75,24 +72,16 @@ def marker_flags(  # noqa: PLR0913
     if 2 * full > max(len(triads), expected or 0) and not misfit:
         return ()
     others = [(text, other) for model in models for text, other in other_markers(model)]
-    best = [one.best(p.max_features) for one in pair]
+    left, right = pair
+    best = left.best(p.max_features), right.best(p.max_features)
     try:
-        diameter = max(model.ball_diameter_mm for model in models)
-        points = likeliest_points(
-            match_features(best[0], best[1], rig, diameter, search.matching),
-            search.selection,
-            search.max_points,
-        )
+        points = full_view_points(best, rig, models, search)
     except (SpinewatchError, np.linalg.LinAlgError):
         return ()
+    chain = partial(full_view_chain, points, rig, parameters=search, expected=expected, axis=axis)
 
-    def chain(tried: Sequence[TriadModel]) -> tuple[int, float]:
-        triplets = [identify_triads(points, model, search.identification) for model in tried]
-        candidates = rate_candidates(triplets, points, tried, rig, search.selection, expected)
-        return chain_log_odds(candidates, points, search.selection, expected=expected, axis=axis)
-
-    given_triads, given_log_odds = chain(models)
-    found = [(*chain([other]), text) for text, other in others]
+    given_triads, given_log_odds = chain(models=models)
+    found = [(*chain(models=[other]), text) for text, other in others]
     if not found:
         return ()
     count, log_odds, text = max(found, key=lambda one: one[1])

@@ -77,7 +77,7 @@ def _shared(earlier: EarlierTriad, triad: MeasuredTriad) -> int:
     """Return how many images of balls two triads have in common."""
     count = 0
     for side in SIDES:
-        seen = [ball.left_px if side == "left" else ball.right_px for ball in triad.balls.values()]
+        seen = [ball.image_px(side) for ball in triad.balls.values()]
         now = np.array([image for image in seen if image is not None]).reshape(-1, 2)
         distance = np.linalg.norm(earlier.images_px[side][:, None] - now, axis=-1)
         count += int((distance < _SAME_PX).any(axis=1).sum())

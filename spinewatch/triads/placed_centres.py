@@ -53,7 +53,7 @@ def compare_placed_centres(
             names = [name for name, ball in triad.balls.items() if side in ball.manual_in]
             if triad.pose is None or not names:
                 continue
-            placed_px = np.array([_image(triad, name, side) for name in names])
+            placed_px = np.array([triad.balls[name].image_px(side) for name in names])
             centres, together = compared(placed_px, free, radius, parameters)
             balls = dict(triad.balls)
             for name, centre in zip(names, centres, strict=True):
@@ -65,18 +65,13 @@ def compare_placed_centres(
     return tuple(found), tuple(flags)
 
 
-def _image(triad: MeasuredTriad, name: str, side: Side) -> Float | None:
-    ball = triad.balls[name]
-    return ball.left_px if side == "left" else ball.right_px
-
-
 def _used_px(triads: Sequence[MeasuredTriad], side: Side) -> Float:
     """Return the centres (m, 2) of the balls in an image that no person placed there, of triads with a pose."""
     images = [
-        _image(triad, name, side)
+        ball.image_px(side)
         for triad in triads
         if triad.pose is not None
-        for name, ball in triad.balls.items()
+        for ball in triad.balls.values()
         if side not in ball.manual_in
     ]
     return np.array([image for image in images if image is not None]).reshape(-1, 2)

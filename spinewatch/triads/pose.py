@@ -48,6 +48,21 @@ class Ball:
     manual_in: tuple[Side, ...] = ()
     placed: Mapping[Side, PlacedCentre] = field(default_factory=dict)
 
+    def image_px(self, side: Side) -> Float | None:
+        """Return its image in one view.
+
+        Parameters
+        ----------
+        side
+            The view.
+
+        Returns
+        -------
+        Float or None
+            Image (u, v), shape (2,), px; None where hidden.
+        """
+        return self.left_px if side == "left" else self.right_px
+
     @property
     def hidden_in(self) -> tuple[str, ...]:
         """Names of the images that do not show it."""

@@ -17,7 +17,7 @@ from spinewatch.matching.identification import IdentificationParameters, Triplet
 from spinewatch.matching.points import MatchingParameters, Points, match_features
 from spinewatch.matching.rating import likeliest_points, rate_candidates
 from spinewatch.matching.scale_measurement import MarkerBalls
-from spinewatch.matching.selection import select_triads, surplus_triads
+from spinewatch.matching.selection import chain_log_odds, select_triads, surplus_triads
 from spinewatch.matching.selection_parameters import SelectionParameters, SpineAxis
 from spinewatch.matching.triad_candidates import TriadCandidates
 from spinewatch.triads.doubt import DoubtParameters, triad_evidence, without_doubtful_poses
@@ -153,9 +153,7 @@ def match_triads(  # noqa: PLR0913
     (4, ())
     """
     p = parameters
-    ball_diameter = max(model.ball_diameter_mm for model in models)
-    points = match_features(left, right, rig, ball_diameter, p.matching, images)
-    points = likeliest_points(points, p.selection, p.max_points)
+    points = full_view_points((left, right), rig, models, p, images)
     triplets = tuple(identify_triads(points, model, p.identification) for model in models)
     candidates = rate_candidates(triplets, points, models, rig, p.selection, expected)
     candidates = candidates.take(~removed_candidates(candidates, left, right, removed))
@@ -182,6 +180,81 @@ def match_triads(  # noqa: PLR0913
         evidence = triad_evidence(triads, selected, (left, right), points, rig, models, p.selection, axis)
         triads = without_doubtful_poses(triads, evidence.chances(p.doubt).tolist(), p.doubt.max_chance)
     return TriadSearch(triads, selected, points, triplets, triad_flags(triads, expected), occluded)
+
+
+def full_view_points(
+    pair: tuple[Features, Features],
+    rig: Rig,
+    models: Sequence[TriadModel],
+    parameters: SearchParameters,
+    images: tuple[Pixels, Pixels] | None = None,
+) -> Points:
+    """Return the points of a stereo pair in which triads are sought.
+
+    Parameters
+    ----------
+    pair
+        Features of the left and the right image.
+    rig
+        The calibrated cameras.
+    models
+        Markers in use.
+    parameters
+        Parameters of the steps.
+    images
+        Left and right gray image, shape (H, W), for structural refinement only.
+
+    Returns
+    -------
+    Points
+        The likeliest points, object space.
+
+    Raises
+    ------
+    ParameterError
+        If the range is not given and the optical axes do not meet in front of the cameras.
+    """
+    ball_diameter = max(model.ball_diameter_mm for model in models)
+    points = match_features(*pair, rig, ball_diameter, parameters.matching, images)
+    return likeliest_points(points, parameters.selection, parameters.max_points)
+
+
+def full_view_chain(
+    points: Points,
+    rig: Rig,
+    models: Sequence[TriadModel],
+    parameters: SearchParameters,
+    *,
+    expected: int | None = None,
+    axis: SpineAxis = "auto",
+) -> tuple[int, float]:
+    """Return the number of triads in full view of the best chain, and its log-odds.
+
+    Parameters
+    ----------
+    points
+        Points of `full_view_points`.
+    rig
+        The calibrated cameras.
+    models
+        Markers that are tried.
+    parameters
+        Parameters of the steps.
+    expected
+        Number of triads placed; None if it is not known.
+    axis
+        Object axis along which the spine extends.
+
+    Returns
+    -------
+    count : int
+        Number of triads.
+    log_odds : float
+        Log-odds of their chain against one by chance.
+    """
+    triplets = [identify_triads(points, model, parameters.identification) for model in models]
+    candidates = rate_candidates(triplets, points, models, rig, parameters.selection, expected)
+    return chain_log_odds(candidates, points, parameters.selection, expected=expected, axis=axis)
 
 
 def ball_images(search: TriadSearch, left: Features, right: Features) -> tuple[Features, Features]:

@@ -9,7 +9,7 @@ from spinewatch.geometry.rotations import rotation_from_vector
 from spinewatch.markers import FLAT_10_14_18
 from spinewatch.matching.identification import distance_errors
 from spinewatch.simulation.spines import random_spine
-from spinewatch.triads.pose import Pose, ball_centres
+from spinewatch.triads.pose import Ball, Pose, ball_centres
 
 
 def test_angles_and_deviations_are_about_the_stated_axes() -> None:
@@ -34,3 +34,12 @@ def test_poses_need_neither_opencv_nor_scipy() -> None:
 def test_ball_centres_have_the_distances_of_the_marker(seed: int) -> None:
     poses = random_spine(np.random.default_rng(seed), 3)
     assert np.allclose(distance_errors(ball_centres(poses), FLAT_10_14_18), 0, atol=1e-9)
+
+
+def test_the_image_of_a_ball_in_each_view() -> None:
+    ball = Ball(np.zeros(3), np.eye(3), np.array([3.0, 4.0]), None, None)
+    image = ball.image_px("left")
+    assert image is not None
+    assert image.tolist() == [3.0, 4.0]
+    assert ball.image_px("right") is None
+    assert ball.hidden_in == ("right",)

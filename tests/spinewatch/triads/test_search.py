@@ -20,7 +20,14 @@ from spinewatch.simulation.rigs import large_rig, random_rig, small_rig, table_3
 from spinewatch.simulation.spines import random_spine
 from spinewatch.triads.occlusion import OcclusionParameters
 from spinewatch.triads.pose import Pose
-from spinewatch.triads.search import SearchParameters, TriadSearch, ball_images, match_triads
+from spinewatch.triads.search import (
+    SearchParameters,
+    TriadSearch,
+    ball_images,
+    full_view_chain,
+    full_view_points,
+    match_triads,
+)
 
 PARAMETERS = SearchParameters()
 BODY = TriadModel(
@@ -204,3 +211,14 @@ def test_the_ball_images_are_those_of_the_balls_in_full_view() -> None:
 def test_the_parameters_are_plain_values() -> None:
     document = asdict(PARAMETERS)
     assert json.loads(json.dumps(document))["occlusion"]["adjustment"]["max_steps"] == 5
+
+
+def test_the_chain_in_full_view_is_that_of_the_marker_in_use() -> None:
+    rng, rig, p = np.random.default_rng(4), large_rig(), SearchParameters()
+    seen = observe(rig, random_spine(rng, 4), rng, FeatureNoise(0.1, false_features=10))
+    points = full_view_points((seen.left, seen.right), rig, [FLAT_10_14_18], p)
+    count, log_odds = full_view_chain(points, rig, [FLAT_10_14_18], p, expected=4)
+    other_count, other_log_odds = full_view_chain(points, rig, [flat_triad(30.0, 22.0, 16.0)], p, expected=4)
+    assert count == 4
+    assert other_count < 4
+    assert other_log_odds < log_odds
